@@ -1,0 +1,59 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <string_view>
+
+/// Every capacity of the estimator. Nothing outside this header decides how
+/// much memory is used; `pled-vins budget` prints what it adds up to.
+namespace pled::limits {
+
+/// A class of sensor sizes. Storage is laid out for the class; a recording or a
+/// device uses the smallest class that holds its pixels.
+struct SensorClass {
+  std::string_view name;
+  int width_px;
+  int height_px;
+};
+
+inline constexpr SensorClass kDavis240{"davis240", 240, 180};
+inline constexpr SensorClass kDavis346{"davis346", 346, 260};
+inline constexpr SensorClass kVga{"vga", 640, 480};
+inline constexpr SensorClass kWvga{"wvga", 752, 480};
+inline constexpr SensorClass kHd{"hd", 1280, 720};
+
+/// Smallest first, so the first that fits is the one to use.
+inline constexpr std::array kSensorClasses{kDavis240, kDavis346, kVga, kWvga, kHd};
+
+inline constexpr int kMaxPyramidLevels = 4;
+
+/// Points followed at once, frame and event corners together.
+inline constexpr std::size_t kMaxPoints = 150;
+
+/// Sliding window: ten keyframes and the newest frame.
+inline constexpr std::size_t kWindowStates = 11;
+
+/// Inertial samples between two states. 2048 at 1 kHz is 2 s.
+inline constexpr std::size_t kMaxImuPerInterval = 2048;
+/// Inertial history shared by the stages: 4096 at 1 kHz is 4 s.
+inline constexpr std::size_t kImuHistory = 4096;
+
+/// Frames kept while the estimator has not started, decimated to this many.
+inline constexpr std::size_t kInitFrames = 24;
+
+inline constexpr std::size_t kImuRing = 2048;
+inline constexpr std::size_t kFrameSlots = 4;
+inline constexpr std::size_t kPoseRing = 64;
+
+/// Bytes of one chunk of raw sensor data, and how many are held.
+inline constexpr std::size_t kChunkBytes = 16 * 1024;
+inline constexpr std::size_t kChunkSlots = 8;
+
+/// Events decoded in one call: a chunk of EVT3 yields at most 12 events for each
+/// 2-byte word.
+inline constexpr std::size_t kMaxEventsPerChunk = kChunkBytes / 2 * 12;
+
+inline constexpr std::size_t kMaxCameras = 2;
+
+}  // namespace pled::limits

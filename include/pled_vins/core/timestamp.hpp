@@ -1,0 +1,48 @@
+#pragma once
+
+#include <compare>
+#include <cstdint>
+
+namespace pled {
+
+/// A span of time in integer microseconds.
+struct Duration {
+  std::int64_t us = 0;
+
+  [[nodiscard]] static constexpr Duration from_ms(std::int64_t ms) noexcept { return {ms * 1000}; }
+  /// Rounds to the nearest microsecond. The caller checks the range.
+  [[nodiscard]] static constexpr Duration from_s(double s) noexcept {
+    return {static_cast<std::int64_t>(s * 1e6 + (s < 0 ? -0.5 : 0.5))};
+  }
+  [[nodiscard]] constexpr double seconds() const noexcept { return static_cast<double>(us) * 1e-6; }
+  constexpr auto operator<=>(const Duration&) const noexcept = default;
+};
+
+/// An instant on the estimator clock (the IMU's), integer microseconds since an
+/// epoch that the recording or device chooses. Devices' own clocks and their
+/// wrap-around end in the driver.
+struct Timestamp {
+  std::int64_t us = 0;
+
+  [[nodiscard]] constexpr double seconds() const noexcept { return static_cast<double>(us) * 1e-6; }
+  constexpr auto operator<=>(const Timestamp&) const noexcept = default;
+};
+
+[[nodiscard]] constexpr Duration operator-(Timestamp a, Timestamp b) noexcept {
+  return {a.us - b.us};
+}
+[[nodiscard]] constexpr Timestamp operator+(Timestamp t, Duration d) noexcept {
+  return {t.us + d.us};
+}
+[[nodiscard]] constexpr Timestamp operator-(Timestamp t, Duration d) noexcept {
+  return {t.us - d.us};
+}
+[[nodiscard]] constexpr Duration operator+(Duration a, Duration b) noexcept {
+  return {a.us + b.us};
+}
+[[nodiscard]] constexpr Duration operator-(Duration a, Duration b) noexcept {
+  return {a.us - b.us};
+}
+[[nodiscard]] constexpr Duration operator-(Duration a) noexcept { return {-a.us}; }
+
+}  // namespace pled
