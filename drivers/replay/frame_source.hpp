@@ -1,0 +1,82 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "drivers/replay/image_reader.hpp"
+#include "drivers/replay/line_reader.hpp"
+#include "pled_vins/hal/frame_source.hpp"
+
+namespace pled::replay {
+
+enum class FrameListFormat : std::uint8_t {
+  kRpg,    ///< `t_s path`, the path relative to the recording's folder
+  kEuroc,  ///< `t_ns,name`
+};
+
+/// Counted faults of a frame list.
+struct FrameFaults {
+  std::uint64_t malformed_lines = 0;  ///< no stamp or no name
+  std::uint64_t out_of_order = 0;     ///< stamps not later than the frame before; skipped
+  std::uint64_t unreadable = 0;       ///< missing, truncated, corrupt or of another size
+};
+
+/// Images named by a list, decoded one by one to 8-bit grey into slots that are
+/// allocated once. Serves label images (masks.txt) as well.
+class FrameFileSource final : public FrameSource {
+ public:
+  struct Options {
+    std::string list_path;     ///< images.txt, masks.txt or data.csv
+    std::string image_folder;  ///< the names in the list begin here
+    FrameListFormat format = FrameListFormat::kRpg;
+    ImageSize max;          ///< larger images are refused
+    std::size_t slots = 2;  ///< frames that may be held at once, >= 1
+  };
+
+  /// Errors: File::open's for the list.
+  [[nodiscard]] static Result<std::unique_ptr<FrameFileSource>> open(Options options);
+
+  Result<void> start() noexcept override { return {}; }
+  /// The next frame. A frame whose stamp is not later than the last one is
+  /// skipped and counted. Errors: kTruncated, kCorrupt (this frame is lost and
+  /// counted, also when its file is missing, its line does not read or its size
+  /// is not the first one's: last_message() says; call again), kTimeout (every
+  /// slot is held), kEndOfStream, kIoFailure (final). Detail: line of the list.
+  Result<FrameView> acquire(Duration timeout) noexcept override;
+  void release() noexcept override;
+  void stop() noexcept override {}
+
+  [[nodiscard]] const FrameFaults& faults() const noexcept { return faults_; }
+  /// Words for the last fault: file, line, what is wrong. Also set for a skipped stamp.
+  [[nodiscard]] std::string_view last_message() const noexcept { return message_.text(); }
+  [[nodiscard]] double progress() const noexcept;
+
+ private:
+  struct Entry {
+    std::int64_t stamp_ns = 0;
+    std::string_view name;
+  };
+
+  FrameFileSource(LineReader lines, Options options);
+
+  [[nodiscard]] Result<Entry> next_entry() noexcept;
+  [[nodiscard]] Result<FrameView> decode(const Entry& entry) noexcept;
+
+  LineReader lines_;
+  Options options_;
+  ImageReader reader_;
+  std::vector<std::vector<std::uint8_t>> slots_;
+  std::size_t first_held_ = 0;
+  std::size_t held_ = 0;
+  std::string path_;  ///< of the current image; capacity reserved
+  ImageSize size_;    ///< of the first frame that could be read
+  bool has_stamp_ = false;
+  std::int64_t last_stamp_ns_ = 0;
+  FrameFaults faults_;
+  Message message_;
+};
+
+}  // namespace pled::replay

@@ -1,0 +1,94 @@
+#include "drivers/decode/text_event_decoder.hpp"
+
+#include <string>
+
+#include <doctest/doctest.h>
+
+#include "unit/drivers/evt3_words.hpp"
+
+using namespace pled;
+using namespace pled::support;
+
+namespace {
+
+std::vector<Event> decode_text(TextEventDecoder& decoder, const std::string& text) {
+  return decode_all(decoder, std::as_bytes(std::span{text}));
+}
+
+}  // namespace
+
+TEST_SUITE("drivers.text_event_decoder") {
+  TEST_CASE("a line is an event, to the microsecond, with either way to write polarity") {
+    TextEventDecoder decoder(240, 180);
+    const auto events = decode_text(decoder,
+                                    "0.003811000 96 133 0\n"
+                                    "3.8200014e-3 127 171 1\n"
+                                    "1403715273.262143135 0 0 -1\n"
+                                    "1403715273.2621435\t239,179 +1\r\n");
+    REQUIRE(events.size() == 4);
+    CHECK(same(events[0], {{3811}, 96, 133, Polarity::kOff}));
+    CHECK(same(events[1], {{3820}, 127, 171, Polarity::kOn}));
+    CHECK(same(events[2], {{1403715273262143}, 0, 0, Polarity::kOff}));
+    CHECK(same(events[3], {{1403715273262144}, 239, 179, Polarity::kOn}));
+    CHECK(decoder.faults().malformed == 0);
+  }
+
+  TEST_CASE("comments and blank lines are no faults") {
+    TextEventDecoder decoder(240, 180);
+    CHECK(decode_text(decoder, "# t x y p\n\n   \r\n0.1 1 2 1\n").size() == 1);
+    CHECK(decoder.faults().malformed == 0);
+  }
+
+  TEST_CASE("each malformed line is counted and the next one is read") {
+    TextEventDecoder decoder(240, 180);
+    const auto events = decode_text(decoder,
+                                    "nan 1 2 1\n"
+                                    "0.1 nan 2 1\n"
+                                    "0.1 1 two 1\n"
+                                    "0.1 1 2\n"
+                                    "0.1 1 2 2\n"
+                                    "0.1 1 2 1 7\n"
+                                    "0.1 1.5 2 1\n"
+                                    "0.1 99999999999 2 1\n"
+                                    "\x01\xff garbage\n"
+                                    "0.2 3 4 1\n");
+    REQUIRE(events.size() == 1);
+    CHECK(events[0].t.us == 200000);
+    CHECK(decoder.faults().malformed == 9);
+  }
+
+  TEST_CASE("events off the sensor are dropped and counted") {
+    TextEventDecoder decoder(240, 180);
+    CHECK(decode_text(decoder, "0 240 0 1\n0 0 180 1\n0 -1 0 1\n0 70000 0 1\n").empty());
+    CHECK(decoder.faults().outside_sensor == 4);
+    CHECK(decoder.faults().malformed == 0);
+  }
+
+  TEST_CASE("a stamp below the last is held and counted") {
+    TextEventDecoder decoder(240, 180);
+    const auto events = decode_text(decoder, "-0.5 1 1 1\n-0.7 1 1 1\n0.1 1 1 1\n");
+    REQUIRE(events.size() == 3);
+    CHECK(events[1].t.us == -500000);
+    CHECK(events[2].t.us == 100000);
+    CHECK(decoder.faults().time_backwards == 1);
+  }
+
+  TEST_CASE("a line without end is malformed once, whatever its length") {
+    TextEventDecoder decoder(240, 180);
+    const std::string endless(100'000, '1');
+    CHECK(decode_text(decoder, endless).empty());
+    CHECK(decode_text(decoder, endless + "\n0.1 1 2 1\n").size() == 1);
+    CHECK(decoder.faults().malformed == 1);
+  }
+
+  TEST_CASE("after a gap the rest of the cut line is skipped") {
+    TextEventDecoder decoder(240, 180);
+    CHECK(decode_text(decoder, "0.1 1 2 1\n0.2 3").size() == 1);
+    decoder.resynchronise();
+    const auto events = decode_text(decoder, "5 6 1\n0.3 7 8 0\n");
+    REQUIRE(events.size() == 1);
+    CHECK(events[0].x_px == 7);
+    CHECK(decoder.faults().malformed == 0);
+    CHECK(decoder.faults().gaps == 1);
+  }
+}
