@@ -1,0 +1,118 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+
+#include "pled_vins/backend/bootstrap.hpp"
+#include "pled_vins/backend/config.hpp"
+#include "pled_vins/backend/landmark_book.hpp"
+#include "pled_vins/backend/marginalisation.hpp"
+#include "pled_vins/backend/start.hpp"
+#include "pled_vins/backend/still_detector.hpp"
+#include "pled_vins/backend/window_solver.hpp"
+#include "pled_vins/core/messages.hpp"
+#include "pled_vins/geometry/camera.hpp"
+#include "pled_vins/imu/imu_history.hpp"
+
+namespace pled {
+
+/// What the back end says after each frame.
+struct BackendOutput {
+  bool has_pose = false;  ///< false before the start and while lost
+  PoseEstimate pose;
+  /// One per point of the measurement, in its order, whatever became of it.
+  FixedVector<FeatureWeight, limits::kMaxPoints> weights;
+  StartRefusal refusal = StartRefusal::kNone;  ///< while !has_pose: why not
+  double refusal_detail = 0.0;
+  bool keyframe = false;
+  int iterations = 0;
+  std::uint16_t points_in_solver = 0;
+  double mean_reprojection_px = 0.0;
+};
+
+/// What went wrong so far, counted.
+struct BackendFaults {
+  std::uint64_t imu_gaps = 0;        ///< holes in the inertial data that were bridged
+  std::uint64_t divergences = 0;     ///< estimates thrown away
+  std::uint64_t priors_lost = 0;     ///< marginalisations that were not finite
+  std::uint64_t frames_refused = 0;  ///< stamps not after the last frame's
+};
+
+/// The sliding-window estimator: from points and inertial data to poses.
+///
+/// Several MB, all inside: keep it in static or heap storage. Allocates nothing itself; the solver
+/// may. One thread.
+class Backend {
+ public:
+  /// `rig` is copied; `solver` must outlive the back end.
+  Backend(const BackendConfig& config, const RigCalibration& rig, WindowSolver& solver) noexcept;
+  Backend(const Backend&) = delete;
+  Backend& operator=(const Backend&) = delete;
+
+  /// Takes one frame. `imu` must reach to the frame's time (at most its gap threshold short).
+  void process(const FrameMeasurement& frame, const ImuHistory& imu, BackendOutput& out) noexcept;
+
+  /// Skips the start: the next frame's state is believed to be `mean`, with the standard
+  /// deviations `sigma` of its tangent. mean.t must be the time of that frame.
+  void start_from(const NavState& mean, const Vector15d& sigma) noexcept;
+
+  /// Covariance of the newest pose (p, theta), from the normal equations at the estimate;
+  /// nullopt when not tracking or singular. Not for the data path: some milliseconds.
+  [[nodiscard]] std::optional<Matrix6d> newest_pose_covariance() noexcept;
+
+  [[nodiscard]] bool tracking() const noexcept { return tracking_; }
+  [[nodiscard]] const BackendFaults& faults() const noexcept { return faults_; }
+  [[nodiscard]] const SlidingWindow& window() const noexcept { return window_; }
+
+  /// Experiments and tests: how the window forgets.
+  void set_rules(LivePointRule rule, bool first_estimates) noexcept;
+
+ private:
+  enum class Verdict : std::uint8_t { kGood, kWeak, kDiverged };
+
+  void begin(const FrameMeasurement& frame, const ImuHistory& imu, BackendOutput& out) noexcept;
+  void align_to_handover() noexcept;
+  bool track(const FrameMeasurement& frame, const ImuHistory& imu, BackendOutput& out) noexcept;
+  bool append_state(const FrameMeasurement& frame, const ImuHistory& imu) noexcept;
+  void bridge_gap(const NavState& last, WindowState& state) noexcept;
+  void note_standstill(const FrameMeasurement& frame) noexcept;
+  void repropagate() noexcept;
+  [[nodiscard]] Verdict check(const NavState& predicted, const SolveSummary& summary,
+                              const BackendOutput& out) noexcept;
+  [[nodiscard]] bool is_keyframe(const FrameMeasurement& frame) const noexcept;
+  void slide() noexcept;
+  void drop_second_newest() noexcept;
+  void lose(const NavState& last, Timestamp t) noexcept;
+  void coast(const FrameMeasurement& frame, const ImuHistory& imu, BackendOutput& out) noexcept;
+  void write_pose(const NavState& x, const FrameMeasurement& frame, EstimatorStatus status,
+                  BackendOutput& out) const noexcept;
+  void write_weights(const FrameMeasurement& frame, BackendOutput& out) noexcept;
+
+  BackendConfig config_;
+  RigCalibration rig_;
+  ImuNoise noise_;
+  FactorSettings settings_;
+  WindowSolver& solver_;
+  LandmarkBook book_;
+  Bootstrap bootstrap_;
+  StillDetector still_;
+  Marginaliser marginaliser_;
+  SlidingWindow window_;
+  NormalEquations equations_;
+
+  bool tracking_ = false;
+  bool bridging_ = false;  ///< the last frame lay in or behind a hole of the inertial data
+  std::optional<StatePrior> given_start_;
+  StartBelief belief_;
+  std::optional<NavState> handover_;  ///< last good state, carried on while not tracking
+  Timestamp lost_at_;
+  Timestamp last_frame_t_;
+  Timestamp degraded_until_;
+  std::optional<Timestamp> weak_since_;
+  std::uint32_t reset_counter_ = 0;
+  FixedVector<ImuSample, limits::kMaxImuPerInterval> coast_imu_;
+  BackendFaults faults_;
+};
+
+}  // namespace pled

@@ -1,0 +1,340 @@
+#include "pled_vins/backend/backend.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include <Eigen/Cholesky>
+
+namespace pled {
+namespace {
+
+constexpr double kMaxGyroBias_radps = 1.0;
+constexpr double kMaxAccelBias_mps2 = 3.0;
+constexpr double kMaxSpeed_mps = 50.0;
+constexpr double kMaxJump_m = 1.0;     ///< from the inertial prediction, within one frame
+constexpr std::size_t kFewPoints = 8;  ///< below, vision does not hold the pose
+constexpr Duration kMaxWeak = Duration::from_ms(1500);
+constexpr Duration kMaxCoast = Duration::from_ms(1000);
+constexpr Duration kDegradedAfterGap = Duration::from_ms(1000);
+
+std::array<double, 3> to_array(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
+
+ImuNoise scaled(ImuNoise noise, double factor) {
+  noise.accel_density *= factor;
+  noise.accel_walk *= factor;
+  noise.gyro_density *= factor;
+  noise.gyro_walk *= factor;
+  return noise;
+}
+
+}  // namespace
+
+Backend::Backend(const BackendConfig& config, const RigCalibration& rig,
+                 WindowSolver& solver) noexcept
+    : config_(config),
+      rig_(rig),
+      noise_(scaled(rig.imu, config.imu_noise_scale)),
+      settings_(make_factor_settings(config_, rig_)),
+      solver_(solver),
+      book_(rig_, settings_, static_cast<std::size_t>(config.min_observations)),
+      bootstrap_(config_, rig_, noise_, settings_),
+      still_(rig_) {
+  const Pose& T = rig_.cameras[rig_.frame_camera].T_body_cam;
+  window_.rig_state = {T, T, T, 0.0, 0.0};
+  belief_.bg_sigma_radps = config.gyro_bias_sigma_radps;
+  belief_.ba_sigma_mps2 = config.accel_bias_sigma_mps2;
+}
+
+void Backend::set_rules(LivePointRule rule, bool first_estimates) noexcept {
+  marginaliser_.set_rule(rule);
+  settings_.first_estimates = first_estimates;
+}
+
+void Backend::start_from(const NavState& mean, const Vector15d& sigma) noexcept {
+  StatePrior prior;
+  prior.mean = mean;
+  prior.sqrt_information = sigma.cwiseInverse().asDiagonal();
+  given_start_ = prior;
+}
+
+void Backend::process(const FrameMeasurement& frame, const ImuHistory& imu,
+                      BackendOutput& out) noexcept {
+  out = BackendOutput{};
+  for (const PointMeasurement& point : frame.points) {
+    FeatureWeight weight;
+    weight.id = point.id;
+    if (!point.inlier) weight.w = 0.0;
+    (void)out.weights.push_back(weight);
+  }
+  out.pose.t = frame.t;
+  out.pose.stamp_ns = frame.stamp_ns;
+  out.pose.reset_counter = reset_counter_;
+  if (last_frame_t_.us != 0 && !(frame.t > last_frame_t_)) {
+    ++faults_.frames_refused;
+    return;
+  }
+  if (!tracking_ || !track(frame, imu, out)) begin(frame, imu, out);
+  last_frame_t_ = frame.t;
+}
+
+void Backend::begin(const FrameMeasurement& frame, const ImuHistory& imu,
+                    BackendOutput& out) noexcept {
+  if (given_start_) {
+    window_.clear();
+    WindowState& state = *window_.push_state();
+    state.x = given_start_->mean;
+    state.keyframe = true;
+    state.prior = given_start_;
+    given_start_.reset();
+    book_.observe(window_, frame, 0);
+    out.refusal = StartRefusal::kNone;
+  } else {
+    coast(frame, imu, out);
+    out.refusal = bootstrap_.attempt(frame, imu, belief_, book_, solver_, window_);
+    out.refusal_detail = bootstrap_.detail();
+    if (out.refusal != StartRefusal::kNone) return;
+    align_to_handover();
+  }
+  tracking_ = true;
+  weak_since_.reset();
+  still_.reset();
+  out.keyframe = true;
+  write_weights(frame, out);
+  write_pose(window_.newest().x, frame, EstimatorStatus::kTracking, out);
+}
+
+/// Moves a fresh window by position and yaw so that its newest state is where the last life of the
+/// estimator, carried on by the IMU, says: the output frame continues.
+void Backend::align_to_handover() noexcept {
+  if (!handover_) return;
+  const NavState& newest = window_.newest().x;
+  const Eigen::Quaterniond turn = handover_->q_wb * newest.q_wb.conjugate();
+  const Eigen::Matrix3d R = turn.toRotationMatrix();
+  const double yaw_rad = std::atan2(R(1, 0) - R(0, 1), R(0, 0) + R(1, 1));
+  const Eigen::Quaterniond yaw(Eigen::AngleAxisd(yaw_rad, Eigen::Vector3d::UnitZ()));
+  const Eigen::Vector3d shift = handover_->p_wb - yaw * newest.p_wb;
+  const auto move = [&](NavState& x) {
+    x.p_wb = yaw * x.p_wb + shift;
+    x.q_wb = (yaw * x.q_wb).normalized();
+    x.v_wb = yaw * x.v_wb;
+  };
+  for (std::size_t i = 0; i < window_.size(); ++i) {
+    move(window_.state(i).x);
+    // The tangent of a rotation is in the body frame, so only the mean of a prior moves.
+    if (window_.state(i).prior) move(window_.state(i).prior->mean);
+  }
+  handover_.reset();
+}
+
+bool Backend::append_state(const FrameMeasurement& frame, const ImuHistory& imu) noexcept {
+  const NavState last = window_.newest().x;
+  WindowState* state = window_.push_state();
+  if (!state) return false;
+  bool has_gap = false;
+  (void)state->imu.resize(state->imu.capacity());
+  const std::size_t n = imu.interval(last.t, frame.t, state->imu.span(), has_gap);
+  (void)state->imu.resize(n);
+  state->has_imu = n >= 2 && !has_gap &&
+                   state->preintegration.integrate(state->imu.span(), last.bg, last.ba, noise_);
+  if (state->has_imu) {
+    state->x = state->preintegration.predict(last);
+    state->x.t = frame.t;
+    return true;
+  }
+  state->imu.clear();
+  state->x = last;
+  state->x.t = frame.t;
+  bridge_gap(last, *state);
+  return false;
+}
+
+/// Over a hole in the inertial data a state is only loosely bound to the one before, by what a
+/// body can do in that time; the points that are still seen must hold it.
+void Backend::bridge_gap(const NavState& last, WindowState& state) noexcept {
+  const double dt_s = (state.x.t - last.t).seconds();
+  state.x.p_wb += last.v_wb * dt_s;
+  constexpr double kAccel_mps2 = 4.0;
+  constexpr double kTurn_radps = 1.0;
+  Vector15d sigma;
+  sigma.segment<3>(0).setConstant(0.02 + 0.5 * kAccel_mps2 * dt_s * dt_s);
+  sigma.segment<3>(3).setConstant(0.02 + kTurn_radps * dt_s);
+  sigma.segment<3>(6).setConstant(0.1 + kAccel_mps2 * dt_s);
+  sigma.segment<3>(9).setConstant(0.005 + noise_.gyro_walk * std::sqrt(dt_s));
+  sigma.segment<3>(12).setConstant(0.05 + noise_.accel_walk * std::sqrt(dt_s));
+  StatePrior prior;
+  prior.mean = state.x;
+  prior.sqrt_information = sigma.cwiseInverse().asDiagonal();
+  state.prior = prior;
+}
+
+bool Backend::track(const FrameMeasurement& frame, const ImuHistory& imu,
+                    BackendOutput& out) noexcept {
+  const NavState last = window_.newest().x;
+  const bool bridged = !append_state(frame, imu);
+  const NavState predicted = window_.newest().x;
+  if (bridged) {
+    if (!bridging_) {  // one hole, however many frames fall into it
+      ++faults_.imu_gaps;
+      ++reset_counter_;
+    }
+    degraded_until_ = frame.t + kDegradedAfterGap;
+  }
+  bridging_ = bridged;
+  const std::size_t newest = window_.size() - 1;
+  book_.observe(window_, frame, newest);
+  note_standstill(frame);
+  const std::size_t points = book_.prepare(window_);
+  out.points_in_solver = static_cast<std::uint16_t>(points);
+  const SolveSummary summary =
+      solver_.solve({window_, rig_, settings_}, {.max_iterations = config_.max_iterations});
+  out.iterations = summary.iterations;
+  out.mean_reprojection_px = book_.judge(window_);
+  const Verdict verdict = check(bridged ? window_.newest().x : predicted, summary, out);
+  if (verdict == Verdict::kDiverged) {
+    ++faults_.divergences;
+    lose(bridged ? predicted : last, last.t);
+    return false;
+  }
+  const bool degraded = verdict == Verdict::kWeak || frame.t < degraded_until_;
+  write_weights(frame, out);
+  write_pose(window_.newest().x, frame,
+             degraded ? EstimatorStatus::kDegraded : EstimatorStatus::kTracking, out);
+  WindowState& state = window_.newest();
+  state.keyframe = state.keyframe || is_keyframe(frame);
+  out.keyframe = state.keyframe;
+  repropagate();
+  slide();
+  return true;
+}
+
+void Backend::note_standstill(const FrameMeasurement& frame) noexcept {
+  WindowState& state = window_.newest();
+  if (!state.has_imu || !still_.update(frame, state.imu.span())) return;
+  state.still = true;
+  // Bound to the first keyframe of this standstill, so that nothing adds up.
+  for (std::size_t i = window_.size() - 1; i-- > 0;) {
+    if (window_.state(i).x.t < still_.since()) break;
+    if (window_.state(i).keyframe && window_.state(i).still) state.still_as = static_cast<int>(i);
+  }
+  if (state.still_as < 0) state.keyframe = true;
+}
+
+/// Integrates an interval anew once its biases have moved away from where it was integrated:
+/// the first-order correction is then no longer exact.
+void Backend::repropagate() noexcept {
+  constexpr double kGyro_radps = 5e-4, kAccel_mps2 = 5e-3;
+  for (std::size_t i = 1; i < window_.size(); ++i) {
+    WindowState& s = window_.state(i);
+    if (!s.has_imu) continue;
+    const NavState& from = window_.state(i - 1).x;
+    const bool moved = (from.bg - s.preintegration.linearised_bg()).norm() > kGyro_radps ||
+                       (from.ba - s.preintegration.linearised_ba()).norm() > kAccel_mps2;
+    if (moved) (void)s.preintegration.integrate(s.imu.span(), from.bg, from.ba, noise_);
+  }
+}
+
+Backend::Verdict Backend::check(const NavState& predicted, const SolveSummary& summary,
+                                const BackendOutput& out) noexcept {
+  const NavState& x = window_.newest().x;
+  const bool sane = summary.ok && x.bg.norm() < kMaxGyroBias_radps &&
+                    x.ba.norm() < kMaxAccelBias_mps2 && x.v_wb.norm() < kMaxSpeed_mps &&
+                    x.q_wb.coeffs().allFinite() && (x.p_wb - predicted.p_wb).norm() < kMaxJump_m;
+  if (!sane) return Verdict::kDiverged;
+  std::size_t held = 0;
+  const std::size_t newest = window_.size() - 1;
+  for (const Landmark& l : window_.landmarks)
+    held += l.in_solver && !l.rejected && l.observations.back().state == newest;
+  const bool enough = held >= kFewPoints || window_.newest().still;
+  if (enough && out.mean_reprojection_px < 5.0 * config_.point_sigma_px) {
+    weak_since_.reset();
+    return Verdict::kGood;
+  }
+  if (!weak_since_) weak_since_ = x.t;
+  return x.t - *weak_since_ > kMaxWeak ? Verdict::kDiverged : Verdict::kWeak;
+}
+
+/// Gives the window up but not what is known: gravity and heading by the attitude, biases, and
+/// the last place and speed.
+void Backend::lose(const NavState& last, Timestamp t) noexcept {
+  tracking_ = false;
+  ++reset_counter_;
+  lost_at_ = t;
+  handover_ = last;
+  const bool usable = last.p_wb.allFinite() && last.v_wb.allFinite() &&
+                      last.q_wb.coeffs().allFinite() && last.bg.allFinite() && last.ba.allFinite();
+  if (!usable) handover_ = NavState{};
+  if (usable && last.bg.norm() < belief_.bg_sigma_radps * 5 &&
+      last.ba.norm() < belief_.ba_sigma_mps2 * 5) {
+    belief_.bg = last.bg;
+    belief_.ba = last.ba;
+  }
+  window_.clear();
+  bootstrap_.clear();
+}
+
+/// Carries the last good state on by the IMU alone, and gives it out for a short while.
+void Backend::coast(const FrameMeasurement& frame, const ImuHistory& imu,
+                    BackendOutput& out) noexcept {
+  if (!handover_ || !(frame.t > handover_->t)) return;
+  bool has_gap = false;
+  (void)coast_imu_.resize(coast_imu_.capacity());
+  const std::size_t n = imu.interval(handover_->t, frame.t, coast_imu_.span(), has_gap);
+  (void)coast_imu_.resize(n);
+  Preintegration step;
+  const bool bounded = frame.t - lost_at_ <= kMaxCoast;
+  if (bounded && n >= 2 && !has_gap &&
+      step.integrate(coast_imu_.span(), handover_->bg, handover_->ba, noise_)) {
+    *handover_ = step.predict(*handover_);
+  } else if (bounded) {
+    handover_->p_wb += handover_->v_wb * (frame.t - handover_->t).seconds();
+  }
+  handover_->t = frame.t;
+  if (!bounded) {
+    out.pose.status = EstimatorStatus::kLost;
+    return;
+  }
+  write_pose(*handover_, frame, EstimatorStatus::kDegraded, out);
+}
+
+void Backend::write_pose(const NavState& x, const FrameMeasurement& frame, EstimatorStatus status,
+                         BackendOutput& out) const noexcept {
+  out.has_pose = true;
+  out.pose.t = frame.t;
+  out.pose.stamp_ns = frame.stamp_ns;
+  out.pose.p_world_body_m = to_array(x.p_wb);
+  out.pose.q_world_body_xyzw = {x.q_wb.x(), x.q_wb.y(), x.q_wb.z(), x.q_wb.w()};
+  out.pose.v_world_body_mps = to_array(x.v_wb);
+  out.pose.gyro_bias_radps = to_array(x.bg);
+  out.pose.accel_bias_mps2 = to_array(x.ba);
+  out.pose.status = status;
+  out.pose.reset_counter = reset_counter_;
+}
+
+void Backend::write_weights(const FrameMeasurement& frame, BackendOutput& out) noexcept {
+  for (std::size_t i = 0; i < frame.points.size(); ++i) {
+    FeatureWeight& weight = out.weights[i];
+    const Landmark* landmark = window_.find(weight.id);
+    if (!landmark || !frame.points[i].inlier) continue;
+    weight.observations = static_cast<std::uint16_t>(landmark->observations.size());
+    weight.used = landmark->in_solver;
+    weight.w_geometric = landmark->weight;
+    weight.w = landmark->rejected ? 0.0 : landmark->weight;
+  }
+}
+
+std::optional<Matrix6d> Backend::newest_pose_covariance() noexcept {
+  if (!tracking_ || window_.size() == 0) return std::nullopt;
+  equations_.add_all(window_, rig_, settings_);
+  const int row = static_cast<int>(window_.size() - 1) * kStateDim;
+  const Eigen::LLT<PriorMatrix> llt(equations_.H());
+  if (llt.info() != Eigen::Success) return std::nullopt;
+  Eigen::Matrix<double, Eigen::Dynamic, 6, 0, kMaxWindowDim, 6> columns;
+  columns.setZero(equations_.dim(), 6);
+  columns.middleRows<6>(row).setIdentity();
+  llt.solveInPlace(columns);
+  const Matrix6d covariance = columns.middleRows<6>(row);
+  if (!covariance.allFinite()) return std::nullopt;
+  return covariance;
+}
+
+}  // namespace pled
