@@ -1,0 +1,82 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <string_view>
+
+#include "pled_vins/pipeline/latency_histogram.hpp"
+
+namespace pled {
+
+/// Everything that can go wrong and still leave the estimator running. Counted,
+/// never silent; the names are those of report.json.
+enum class Fault : std::uint8_t {
+  kEventOutsideSensor,
+  kEventTimeBackwards,
+  kEventMalformed,
+  kEventGap,
+  kImuGap,
+  kImuDuplicate,
+  kImuBackwards,
+  kImuUnreadable,
+  kImuNotFinite,
+  kFrameUnreadable,
+  kFrameOutOfOrder,
+  kFrameWrongSize,
+  kFrameWithoutImu,
+  kEstimatorReset,
+  kCount,
+};
+
+[[nodiscard]] std::string_view to_string(Fault fault) noexcept;
+
+struct StreamCounts {
+  std::uint64_t in = 0;
+  std::uint64_t used = 0;
+  std::uint64_t dropped = 0;
+};
+
+enum class Stage : std::uint8_t { kRead, kEvents, kFrontend, kBackend, kFrame, kCount };
+
+[[nodiscard]] std::string_view to_string(Stage stage) noexcept;
+
+/// Counters and timings of one run.
+class Health {
+ public:
+  void count(Fault fault, std::uint64_t n = 1) noexcept {
+    faults_[static_cast<std::size_t>(fault)] += n;
+  }
+  void set(Fault fault, std::uint64_t n) noexcept { faults_[static_cast<std::size_t>(fault)] = n; }
+  [[nodiscard]] std::uint64_t faults(Fault fault) const noexcept {
+    return faults_[static_cast<std::size_t>(fault)];
+  }
+  [[nodiscard]] LatencyHistogram& stage(Stage stage) noexcept {
+    return stages_[static_cast<std::size_t>(stage)];
+  }
+  [[nodiscard]] const LatencyHistogram& stage(Stage stage) const noexcept {
+    return stages_[static_cast<std::size_t>(stage)];
+  }
+
+  StreamCounts events;
+  StreamCounts imu;
+  StreamCounts frames;
+
+ private:
+  std::array<std::uint64_t, static_cast<std::size_t>(Fault::kCount)> faults_{};
+  std::array<LatencyHistogram, static_cast<std::size_t>(Stage::kCount)> stages_{};
+};
+
+/// Measures the time until it goes out of scope into one stage of `health`.
+class StageTimer {
+ public:
+  StageTimer(Health& health, Stage stage) noexcept;
+  ~StageTimer();
+  StageTimer(const StageTimer&) = delete;
+  StageTimer& operator=(const StageTimer&) = delete;
+
+ private:
+  LatencyHistogram& histogram_;
+  std::int64_t started_ns_;
+};
+
+}  // namespace pled

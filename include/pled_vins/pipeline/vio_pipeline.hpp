@@ -1,0 +1,62 @@
+#pragma once
+
+#include <cstdint>
+#include <span>
+
+#include "pled_vins/backend/backend.hpp"
+#include "pled_vins/core/messages.hpp"
+#include "pled_vins/frontend/frame_tracker.hpp"
+#include "pled_vins/geometry/camera.hpp"
+#include "pled_vins/imu/imu_history.hpp"
+#include "pled_vins/pipeline/health.hpp"
+#include "pled_vins/pipeline/still_gyro_bias.hpp"
+
+namespace pled {
+
+/// What one frame led to. Valid until the next frame.
+struct FrameResult {
+  const FrameMeasurement* measurement = nullptr;
+  const BackendOutput* backend = nullptr;
+  /// The newest pose at the frame's stamp on the IMU's clock: the state at
+  /// mid-exposure carried back by the time shift. Meaningless without has_pose.
+  PoseEstimate pose_at_stamp;
+};
+
+/// The stages joined in order: data goes in at the top, one result a frame comes
+/// out. A plain object without threads; the caller brings data in time order.
+class VioPipeline {
+ public:
+  /// Nothing is owned; all outlive the pipeline.
+  VioPipeline(const RigCalibration& rig, ImuHistory& imu, FrameTracker& tracker, Backend& backend,
+              Health& health) noexcept;
+
+  /// One inertial sample, as it arrived. Bad ones are dropped and counted.
+  void on_imu(const ImuSample& sample) noexcept;
+  /// Events in time order, up to the next frame.
+  void on_events(std::span<const Event> events) noexcept;
+  /// One frame; inertial samples up to its time (and one beyond, where there is
+  /// one) must have come before. False when the frame was dropped and counted.
+  [[nodiscard]] bool on_frame(const FrameView& frame, FrameResult& result) noexcept;
+
+  /// Mid-exposure of `frame` on the estimator clock.
+  [[nodiscard]] Timestamp frame_time(const FrameView& frame) const noexcept;
+
+ private:
+  [[nodiscard]] bool covered_by_imu(Timestamp t) const noexcept;
+  void track(const FrameView& frame, Timestamp t) noexcept;
+  [[nodiscard]] PoseEstimate carried_back(const PoseEstimate& pose) const noexcept;
+
+  const RigCalibration& rig_;
+  ImuHistory& imu_;
+  FrameTracker& tracker_;
+  Backend& backend_;
+  Health& health_;
+  Duration frame_shift_;
+  StillGyroBias still_bias_;
+  FrameMeasurement measurement_;
+  BackendOutput output_;
+  bool has_last_frame_ = false;
+  Timestamp last_frame_;
+};
+
+}  // namespace pled

@@ -1,0 +1,17 @@
+#include "src/apps/commands.hpp"
+
+namespace pled::apps {
+
+std::vector<std::unique_ptr<Command>> all_commands() {
+  std::vector<std::unique_ptr<Command>> commands;
+  commands.push_back(make_replay_command());
+  commands.push_back(make_evaluate_command());
+  commands.push_back(make_info_command());
+  commands.push_back(make_budget_command());
+  commands.push_back(make_config_command());
+  commands.push_back(make_check_imu_command());
+  commands.push_back(make_simulate_command());
+  return commands;
+}
+
+}  // namespace pled::apps

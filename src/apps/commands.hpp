@@ -1,0 +1,18 @@
+#pragma once
+
+#include <memory>
+
+#include "src/apps/command.hpp"
+
+/// The constructors that command_table.cpp lists; one file each.
+namespace pled::apps {
+
+[[nodiscard]] std::unique_ptr<Command> make_check_imu_command();
+[[nodiscard]] std::unique_ptr<Command> make_config_command();
+[[nodiscard]] std::unique_ptr<Command> make_evaluate_command();
+[[nodiscard]] std::unique_ptr<Command> make_info_command();
+[[nodiscard]] std::unique_ptr<Command> make_budget_command();
+[[nodiscard]] std::unique_ptr<Command> make_replay_command();
+[[nodiscard]] std::unique_ptr<Command> make_simulate_command();
+
+}  // namespace pled::apps

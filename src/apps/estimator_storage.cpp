@@ -1,0 +1,149 @@
+#include "src/apps/estimator_storage.hpp"
+
+#include <array>
+#include <optional>
+
+#include "pled_vins/core/check.hpp"
+
+// The only statics of the estimator: libraries own none.
+
+namespace pled::apps {
+namespace {
+
+/// Memory that grows with the sensor.
+template <int Width, int Height>
+struct SensorStorage {
+  FrameTrackerStorage<Width, Height> tracker;
+};
+
+#define PLED_SENSOR_STORAGE(sensor, member) \
+  SensorStorage<limits::sensor.width_px, limits::sensor.height_px> member
+
+#if defined(PLED_SENSOR_DAVIS240) || defined(PLED_SENSOR_ALL)
+PLED_SENSOR_STORAGE(kDavis240, storage_davis240);
+#endif
+#if defined(PLED_SENSOR_DAVIS346) || defined(PLED_SENSOR_ALL)
+PLED_SENSOR_STORAGE(kDavis346, storage_davis346);
+#endif
+#if defined(PLED_SENSOR_VGA) || defined(PLED_SENSOR_ALL)
+PLED_SENSOR_STORAGE(kVga, storage_vga);
+#endif
+#if defined(PLED_SENSOR_WVGA) || defined(PLED_SENSOR_ALL)
+PLED_SENSOR_STORAGE(kWvga, storage_wvga);
+#endif
+#if defined(PLED_SENSOR_HD) || defined(PLED_SENSOR_ALL)
+PLED_SENSOR_STORAGE(kHd, storage_hd);
+#endif
+
+/// Memory that every class needs alike.
+struct CommonStorage {
+  ImuHistory imu;
+  Health health;
+  std::optional<FrameTracker> tracker;
+  std::optional<Backend> backend;
+  std::optional<VioPipeline> pipeline;
+  std::optional<InlineRunner> runner;
+};
+
+CommonStorage common;
+
+template <typename Storage>
+constexpr std::array<BufferInfo, 10> table_of() {
+  using Tracker = decltype(Storage::tracker);
+  return {{
+      {"tracker.pyramids", sizeof(Tracker::pyramids)},
+      {"tracker.corner_response", sizeof(Tracker::response) + sizeof(Tracker::corner_rows) +
+                                      sizeof(Tracker::row) + sizeof(Tracker::corner_cells)},
+      {"tracker.mask", sizeof(Tracker::mask)},
+      {"tracker.reference_patches", sizeof(Tracker::reference_patches)},
+      {"tracker.tracks", sizeof(std::optional<FrameTracker>)},
+      {"imu.history", sizeof(ImuHistory)},
+      {"backend.window", sizeof(std::optional<Backend>)},
+      {"pipeline.messages", sizeof(std::optional<VioPipeline>)},
+      {"pipeline.event_batch", sizeof(std::optional<InlineRunner>)},
+      {"health.counters", sizeof(Health)},
+  }};
+}
+
+/// Where the memory of one class lies, if this build has it.
+struct ClassStorage {
+  const limits::SensorClass* sensor;
+  FrameTrackerBuffers (*view)();
+  std::span<const BufferInfo> table;
+};
+
+template <auto& storage>
+FrameTrackerBuffers view_of() {
+  return storage.tracker.view();
+}
+
+template <auto& storage>
+constexpr auto kTable = table_of<std::remove_reference_t<decltype(storage)>>();
+
+constexpr std::array kClassStorage = {
+#if defined(PLED_SENSOR_DAVIS240) || defined(PLED_SENSOR_ALL)
+    ClassStorage{&limits::kDavis240, view_of<storage_davis240>, kTable<storage_davis240>},
+#endif
+#if defined(PLED_SENSOR_DAVIS346) || defined(PLED_SENSOR_ALL)
+    ClassStorage{&limits::kDavis346, view_of<storage_davis346>, kTable<storage_davis346>},
+#endif
+#if defined(PLED_SENSOR_VGA) || defined(PLED_SENSOR_ALL)
+    ClassStorage{&limits::kVga, view_of<storage_vga>, kTable<storage_vga>},
+#endif
+#if defined(PLED_SENSOR_WVGA) || defined(PLED_SENSOR_ALL)
+    ClassStorage{&limits::kWvga, view_of<storage_wvga>, kTable<storage_wvga>},
+#endif
+#if defined(PLED_SENSOR_HD) || defined(PLED_SENSOR_ALL)
+    ClassStorage{&limits::kHd, view_of<storage_hd>, kTable<storage_hd>},
+#endif
+};
+
+const ClassStorage* find(const limits::SensorClass& sensor) noexcept {
+  for (const ClassStorage& storage : kClassStorage)
+    if (storage.sensor->name == sensor.name) return &storage;
+  return nullptr;
+}
+
+}  // namespace
+
+EstimatorParts build_estimator(const limits::SensorClass& sensor, const RigCalibration& rig,
+                               const FrontendConfig& frontend, const BackendConfig& backend,
+                               WindowSolver& solver) {
+  const ClassStorage* storage = find(sensor);
+  PLED_CHECK(storage != nullptr);
+  PLED_CHECK(!common.pipeline.has_value());
+  common.tracker.emplace(frontend, Camera(rig.cameras[rig.frame_camera]), storage->view(),
+                         rig.frame_camera);
+  common.backend.emplace(backend, rig, solver);
+  common.pipeline.emplace(rig, common.imu, *common.tracker, *common.backend, common.health);
+  common.runner.emplace(*common.pipeline, common.health);
+  return {&common.imu,      &common.health,    &*common.tracker,
+          &*common.backend, &*common.pipeline, &*common.runner};
+}
+
+const limits::SensorClass* smallest_class(int width_px, int height_px) noexcept {
+  for (const limits::SensorClass& sensor : limits::kSensorClasses)
+    if (width_px <= sensor.width_px && height_px <= sensor.height_px) return &sensor;
+  return nullptr;
+}
+
+const limits::SensorClass* class_by_name(std::string_view name) noexcept {
+  for (const limits::SensorClass& sensor : limits::kSensorClasses)
+    if (sensor.name == name) return &sensor;
+  return nullptr;
+}
+
+bool has_storage(const limits::SensorClass& sensor) noexcept { return find(sensor) != nullptr; }
+
+std::span<const BufferInfo> memory_table(const limits::SensorClass& sensor) noexcept {
+  const ClassStorage* storage = find(sensor);
+  return storage == nullptr ? std::span<const BufferInfo>{} : storage->table;
+}
+
+std::size_t static_bytes(const limits::SensorClass& sensor) noexcept {
+  std::size_t sum = 0;
+  for (const BufferInfo& buffer : memory_table(sensor)) sum += buffer.bytes;
+  return sum;
+}
+
+}  // namespace pled::apps

@@ -1,0 +1,125 @@
+#include <cstdio>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <variant>
+
+#include <CLI/CLI.hpp>
+#include <nlohmann/json.hpp>
+
+#include "pled_vins/evaluation/evaluate.hpp"
+#include "src/apps/commands.hpp"
+#include "src/apps/json_number.hpp"
+#include "src/apps/text.hpp"
+
+namespace pled::apps {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// The file of frame stamps that belongs to a truth file: images.txt beside it, or
+/// a EuRoC cam0/data.csv beside its folder. Empty when there is none.
+fs::path frames_beside(const fs::path& truth) {
+  const fs::path folder = truth.has_parent_path() ? truth.parent_path() : fs::path(".");
+  std::error_code ignored;  // not found is an answer
+  for (const fs::path& candidate :
+       {folder / "images.txt", folder / "mav0/cam0/data.csv", folder / "../cam0/data.csv"})
+    if (fs::is_regular_file(candidate, ignored)) return candidate;
+  return {};
+}
+
+void print_figure(const char* name, const std::optional<double>& value) {
+  if (value)
+    std::printf("%-14s %.9g\n", name, *value);
+  else
+    std::printf("%-14s -\n", name);
+}
+
+void print_text(const Evaluation& e) {
+  print_figure("ate_rmse_m", e.ate_rmse_m);
+  print_figure("mpe_percent", e.mpe_percent);
+  print_figure("rpe_trans_m", e.rpe_trans_m);
+  print_figure("rpe_rot_deg", e.rpe_rot_deg);
+  print_figure("coverage", e.coverage);
+  std::printf("%-14s %zu of %zu (%zu outside the truth, %zu in its gaps)\n", "poses", e.matched,
+              e.poses, e.outside_truth, e.in_truth_gap);
+  std::printf("%-14s %.6f\n%-14s %.6f\n", "path_m", e.path_m, "span_s", e.span_s);
+}
+
+void print_json(const Evaluation& e) {
+  nlohmann::ordered_json out;
+  out["ate_rmse_m"] = json_number(e.ate_rmse_m);
+  out["mpe_percent"] = json_number(e.mpe_percent);
+  out["rpe_trans_m"] = json_number(e.rpe_trans_m);
+  out["rpe_rot_deg"] = json_number(e.rpe_rot_deg);
+  out["coverage"] = json_number(e.coverage);
+  out["poses"] = {{"in", e.poses},
+                  {"matched", e.matched},
+                  {"outside_truth", e.outside_truth},
+                  {"in_truth_gap", e.in_truth_gap},
+                  {"rpe_pairs", e.rpe_pairs}};
+  out["path_m"] = e.path_m;
+  out["span_s"] = e.span_s;
+  out["notes"] = e.notes;
+  std::printf("%s\n", out.dump(2).c_str());
+}
+
+class EvaluateCommand final : public Command {
+ public:
+  std::string_view name() const noexcept override { return "evaluate"; }
+  std::string_view summary() const noexcept override {
+    return "Compare a trajectory with the truth: ATE, MPE, RPE, coverage";
+  }
+  std::string_view examples() const noexcept override {
+    return "  pled-vins evaluate out/trajectory.tum recording/groundtruth.txt\n"
+           "  pled-vins evaluate out/trajectory.tum mav0/state_groundtruth_estimate0/data.csv "
+           "--json\n"
+           "  pled-vins evaluate a.tum truth.txt --frames recording/images.txt";
+  }
+
+  void declare(CLI::App& app) override {
+    app.add_option("TRAJECTORY", trajectory_, "Estimate, TUM form: t tx ty tz qx qy qz qw")
+        ->required();
+    app.add_option("TRUTH", truth_, "Truth, TUM form or EuRoC csv")->required();
+    app.add_option("--frames", frames_,
+                   "Stamps of the frames, for the coverage: images.txt or EuRoC data.csv "
+                   "(default: the one beside TRUTH)");
+    app.add_flag("--json", json_, "Print JSON");
+  }
+
+  ExitCode run() override {
+    const auto estimate = read_trajectory(trajectory_);
+    if (const auto* error = std::get_if<FileError>(&estimate)) return failed(*error);
+    const auto truth = read_trajectory(truth_);
+    if (const auto* error = std::get_if<FileError>(&truth)) return failed(*error);
+    std::optional<FrameSpan> span;
+    const fs::path frames_file = frames_.empty() ? frames_beside(truth_) : fs::path(frames_);
+    if (!frames_file.empty()) {
+      const auto stamps = read_frame_stamps(frames_file);
+      if (const auto* error = std::get_if<FileError>(&stamps)) return failed(*error);
+      span = frame_span(std::get<std::vector<std::int64_t>>(stamps));
+    }
+    const Evaluation e =
+        evaluate(std::get<Trajectory>(estimate), std::get<Trajectory>(truth), span);
+    json_ ? print_json(e) : print_text(e);
+    for (const std::string& note : e.notes) print_note(note);
+    return ExitCode::kDone;
+  }
+
+ private:
+  static ExitCode failed(const FileError& error) {
+    print_error(error.message());
+    return ExitCode::kFailed;
+  }
+
+  std::string trajectory_;
+  std::string truth_;
+  std::string frames_;
+  bool json_ = false;
+};
+
+}  // namespace
+
+std::unique_ptr<Command> make_evaluate_command() { return std::make_unique<EvaluateCommand>(); }
+
+}  // namespace pled::apps

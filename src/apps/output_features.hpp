@@ -1,0 +1,33 @@
+#pragma once
+
+#include <filesystem>
+#include <span>
+#include <string>
+
+#include "pled_vins/core/messages.hpp"
+#include "src/apps/output_file.hpp"
+
+namespace pled::apps {
+
+/// features.csv: one row for each feature of each processed frame, with how far it
+/// was believed right after that frame's solve. Raw pixels; a cue without evidence
+/// (NaN) is an empty field; points leave u1_px and v1_px empty.
+class FeaturesWriter {
+ public:
+  static constexpr const char* kFileName = "features.csv";
+  static constexpr const char* kHeader =
+      "t,id,kind,u0_px,v0_px,u1_px,v1_px,w_temporal,w_geometric,w,observations,used\n";
+
+  /// Creates the file and writes the header.
+  bool open(const std::filesystem::path& folder);
+  /// Writes the rows of one frame; `weights[i]` belongs to `frame.points[i]`. False
+  /// when they could not be handed to the system.
+  bool write_frame(const FrameMeasurement& frame, std::span<const FeatureWeight> weights) noexcept;
+  bool close() noexcept { return file_.close(); }
+  [[nodiscard]] std::string error() const { return file_.error(); }
+
+ private:
+  OutputFile file_;
+};
+
+}  // namespace pled::apps

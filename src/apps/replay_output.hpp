@@ -1,0 +1,43 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include "pled_vins/evaluation/trajectory.hpp"
+#include "pled_vins/pipeline/inline_runner.hpp"
+#include "src/apps/output_features.hpp"
+#include "src/apps/output_trajectory.hpp"
+#include "src/apps/progress.hpp"
+
+namespace pled::apps {
+
+/// Writes each frame's results as they come and keeps the trajectory for the
+/// comparison with the truth.
+class ReplayOutput final : public ResultSink {
+ public:
+  explicit ReplayOutput(Progress& progress) : progress_(progress) {}
+
+  /// Opens trajectory.tum and features.csv. Returns what went wrong, empty when ready.
+  [[nodiscard]] std::string open(const std::filesystem::path& folder);
+  bool on_frame(const FrameResult& result) noexcept override;
+  /// Closes the files. Returns what could not be written, empty when all was.
+  [[nodiscard]] std::string close();
+
+  [[nodiscard]] const Trajectory& trajectory() const noexcept { return trajectory_; }
+  [[nodiscard]] std::optional<std::int64_t> first_pose_ns() const noexcept;
+  /// Why the estimator has not started, as of the last frame without a pose.
+  [[nodiscard]] std::string_view last_refusal() const noexcept { return last_refusal_; }
+
+ private:
+  Progress& progress_;
+  TrajectoryWriter poses_;
+  FeaturesWriter features_;
+  Trajectory trajectory_;
+  std::optional<std::int64_t> first_frame_ns_;
+  std::string_view last_refusal_;
+};
+
+}  // namespace pled::apps

@@ -1,0 +1,184 @@
+#include "src/apps/replay_session.hpp"
+
+#include <algorithm>
+#include <cstdio>
+#include <memory>
+#include <variant>
+#include <vector>
+
+#include "drivers/replay/recording.hpp"
+#include "pled_vins/backend/ceres_solver.hpp"
+#include "pled_vins/backend/window_solver.hpp"
+#include "pled_vins/config/app_config.hpp"
+#include "pled_vins/config/calibration.hpp"
+#include "src/apps/estimator_storage.hpp"
+#include "src/apps/output_file.hpp"
+#include "src/apps/output_report.hpp"
+#include "src/apps/replay_output.hpp"
+#include "src/apps/replay_summary.hpp"
+#include "src/apps/text.hpp"
+
+namespace pled::apps {
+namespace {
+
+/// Prints each problem; true when one of them is an error.
+bool tell(const replay::Problems& problems) {
+  bool error = false;
+  for (const replay::Problem& problem : problems) {
+    error = error || problem.severity == replay::Severity::kError;
+    std::fprintf(stderr, "pled-vins: %s\n", replay::to_string(problem).c_str());
+  }
+  return error;
+}
+
+std::optional<AppConfig> settings(const std::string& file) {
+  if (file.empty()) return AppConfig{};
+  auto loaded = load_config(file);
+  if (const auto* error = std::get_if<ConfigError>(&loaded)) {
+    print_error(error->message());
+    return std::nullopt;
+  }
+  return std::get<AppConfig>(std::move(loaded));
+}
+
+std::optional<RigCalibration> calibration(const std::string& recording, const AppConfig& config) {
+  auto loaded = load_calibration(recording, config);
+  if (const auto* error = std::get_if<ConfigError>(&loaded)) {
+    print_error(error->message());
+    return std::nullopt;
+  }
+  const auto& calibration = std::get<LoadedCalibration>(loaded);
+  for (const std::string& note : calibration.notes) print_note(note);
+  return calibration.rig;
+}
+
+/// The class whose storage serves this recording; null, with words, when none does.
+const limits::SensorClass* sensor_class(const replay::Recording& recording) {
+  const int width = std::max(recording.frame_size().width_px, recording.event_size().width_px);
+  const int height = std::max(recording.frame_size().height_px, recording.event_size().height_px);
+  const limits::SensorClass* sensor = smallest_class(width, height);
+  const std::string size = std::to_string(width) + "x" + std::to_string(height);
+  if (sensor == nullptr) {
+    const limits::SensorClass& largest = limits::kSensorClasses.back();
+    print_error("the recording's sensor has " + size + " pixels; the largest class is " +
+                std::string(largest.name) + " (" + std::to_string(largest.width_px) + "x" +
+                std::to_string(largest.height_px) + "): scale the recording down");
+    return nullptr;
+  }
+  if (has_storage(*sensor)) return sensor;
+  for (const limits::SensorClass& other : limits::kSensorClasses)
+    if (has_storage(other) && width <= other.width_px && height <= other.height_px) return &other;
+  print_error("the recording's sensor has " + size + " pixels; this build has no memory for it: " +
+              "build with -DPLED_SENSOR=" + std::string(sensor->name));
+  return nullptr;
+}
+
+bool sizes_agree(const replay::Recording& recording, const RigCalibration& rig) {
+  const CameraCalibration& camera = rig.cameras[rig.frame_camera];
+  const replay::ImageSize size = recording.frame_size();
+  if (camera.width_px == size.width_px && camera.height_px == size.height_px) return true;
+  print_error("the frames have " + std::to_string(size.width_px) + "x" +
+              std::to_string(size.height_px) +
+              " pixels but the calibration of the frame camera says " +
+              std::to_string(camera.width_px) + "x" + std::to_string(camera.height_px) +
+              ": correct 'resolution' in camchain.yaml or name the right camera in "
+              "sensors.frame_camera");
+  return false;
+}
+
+/// The opened streams of a recording.
+struct Streams {
+  std::unique_ptr<replay::FrameFileSource> frames;
+  std::unique_ptr<replay::ImuFileSource> imu;
+  std::optional<replay::EventReplay> events;
+
+  [[nodiscard]] RunSources sources() const {
+    RunSources out{frames.get(), imu.get(), nullptr, nullptr};
+    if (events) {
+      out.events = events->source.get();
+      out.event_decoder = events->decoder.get();
+    }
+    return out;
+  }
+};
+
+std::optional<Streams> open_streams(const replay::Recording& recording,
+                                    replay::Problems& problems) {
+  Streams streams;
+  auto frames = recording.open_frames(limits::kFrameSlots, problems);
+  auto imu = recording.open_imu(problems);
+  if (!frames.ok() || !imu.ok()) return std::nullopt;
+  streams.frames = std::move(frames).value();
+  streams.imu = std::move(imu).value();
+  if (recording.has(replay::Stream::kEvents)) {
+    auto events = recording.open_events(problems);
+    if (!events.ok()) return std::nullopt;
+    streams.events = std::move(events).value();
+    if (!streams.events->source->start().ok()) return std::nullopt;
+  }
+  return streams;
+}
+
+double recording_length_s(const replay::Recording& recording, const ReplayOptions& options) {
+  const auto read = read_frame_stamps(recording.files().frames);
+  const auto* stamps = std::get_if<std::vector<std::int64_t>>(&read);
+  if (stamps == nullptr || stamps->size() < 2) return 0.0;
+  const double whole_s = static_cast<double>(stamps->back() - stamps->front()) * 1e-9;
+  const double rest_s = std::max(0.0, whole_s - options.start_s);
+  return options.duration_s ? std::min(rest_s, *options.duration_s) : rest_s;
+}
+
+}  // namespace
+
+bool run_replay(const ReplayOptions& options) {
+  const std::optional<AppConfig> config = settings(options.config);
+  if (!config) return false;
+  replay::Problems problems;
+  Result<replay::Recording> opened = replay::Recording::open(options.recording, problems);
+  if (opened.ok()) {
+    const bool complete = opened.value().require(replay::Stream::kFrames, problems).ok() &
+                          opened.value().require(replay::Stream::kImu, problems).ok();
+    if (!complete && problems.empty()) print_error("the recording lacks frames or inertial data");
+  }
+  if (tell(problems) || !opened.ok()) return false;
+  replay::Recording& recording = opened.value();
+  const std::optional<RigCalibration> rig = calibration(options.recording, *config);
+  if (!rig || !sizes_agree(recording, *rig)) return false;
+  const CameraCalibration& event_camera = rig->cameras[rig->event_camera];
+  if (recording.event_size().width_px == 0)
+    recording.set_event_size({event_camera.width_px, event_camera.height_px});
+  const limits::SensorClass* sensor = sensor_class(recording);
+  if (sensor == nullptr) return false;
+  const std::string refusal = prepare_output_folder(
+      options.out,
+      {TrajectoryWriter::kFileName, FeaturesWriter::kFileName, ReplayReport::kFileName},
+      options.force);
+  if (!refusal.empty()) {
+    print_error(refusal);
+    return false;
+  }
+  problems.clear();
+  const std::optional<Streams> streams = open_streams(recording, problems);
+  if (tell(problems) || !streams) return false;
+
+  const std::unique_ptr<WindowSolver> solver = make_ceres_solver();
+  const EstimatorParts parts =
+      build_estimator(*sensor, *rig, config->frontend, config->backend, *solver);
+  Progress progress = Progress::on_stderr(recording_length_s(recording, options));
+  ReplayOutput output(progress);
+  if (const std::string problem = output.open(options.out); !problem.empty()) {
+    print_error(problem);
+    return false;
+  }
+  RunSpan span{Duration::from_s(options.start_s), std::nullopt};
+  if (options.duration_s) span.length = Duration::from_s(*options.duration_s);
+  ReplayMeters meters;
+  meters.start();
+  const RunEnd end = parts.runner->run(streams->sources(), span, output);
+  meters.stop();
+  progress.finish();
+  return finish_replay({options, recording, *sensor, parts, end, meters, streams->frames->faults()},
+                       output);
+}
+
+}  // namespace pled::apps

@@ -1,0 +1,188 @@
+#include "src/apps/replay_summary.hpp"
+
+#include <cstdio>
+#include <ctime>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include <sys/resource.h>
+
+#include "pled_vins/evaluation/evaluate.hpp"
+#include "src/apps/allocation_counter.hpp"
+#include "src/apps/output_report.hpp"
+#include "src/apps/text.hpp"
+
+namespace pled::apps {
+namespace {
+
+double process_cpu_s() {
+  timespec now{};
+  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &now);
+  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
+}
+
+std::uint64_t peak_rss_bytes() {
+  rusage usage{};
+  getrusage(RUSAGE_SELF, &usage);
+  return static_cast<std::uint64_t>(usage.ru_maxrss) * 1024;
+}
+
+/// The frames that were played, for the coverage: the recording's stamps in the span.
+std::optional<FrameSpan> played_frames(const ReplayFacts& facts) {
+  if (!facts.end.first_stamp_ns || !facts.end.last_stamp_ns) return std::nullopt;
+  const auto read = read_frame_stamps(facts.recording.files().frames);
+  const auto* stamps = std::get_if<std::vector<std::int64_t>>(&read);
+  if (stamps == nullptr) return std::nullopt;
+  std::optional<FrameSpan> span = frame_span(*stamps);
+  if (!span) return std::nullopt;
+  span->first_ns = *facts.end.first_stamp_ns;
+  span->last_ns = *facts.end.last_stamp_ns;
+  return span;
+}
+
+/// Reads the truth, passing over unreadable lines.
+Trajectory read_truth(const replay::Recording& recording) {
+  Trajectory truth;
+  replay::Problems problems;
+  auto opened = recording.open_truth(problems);
+  if (!opened.ok()) return truth;
+  for (;;) {
+    const auto state = opened.value().next();
+    if (!state.ok()) {
+      if (state.error().code == ErrorCode::kBadNumber) continue;
+      break;
+    }
+    const replay::TruthState& s = state.value();
+    if (!truth.empty() && s.stamp_ns <= truth.back().stamp_ns) continue;
+    const auto& q = s.q_world_body_xyzw;
+    truth.push_back({s.stamp_ns, Pose{Eigen::Quaterniond(q[3], q[0], q[1], q[2]).normalized(),
+                                      Eigen::Vector3d(s.p_world_body_m.data())}});
+  }
+  if (opened.value().malformed() > 0)
+    print_note("the truth has " + std::to_string(opened.value().malformed()) +
+               " unreadable lines, the last: " + std::string(opened.value().last_message()));
+  return truth;
+}
+
+AccuracyReport accuracy(const ReplayFacts& facts, const ReplayOutput& output) {
+  if (!facts.recording.has(replay::Stream::kTruth)) return {};
+  const Trajectory truth = read_truth(facts.recording);
+  if (truth.empty()) return {};
+  const Evaluation e = evaluate(output.trajectory(), truth, played_frames(facts));
+  return {e.ate_rmse_m, e.mpe_percent, e.rpe_trans_m, e.rpe_rot_deg, e.coverage};
+}
+
+std::vector<StageReport> stage_reports(const Health& health) {
+  std::vector<StageReport> stages;
+  for (int k = 0; k < static_cast<int>(Stage::kCount); ++k) {
+    const auto stage = static_cast<Stage>(k);
+    const LatencyHistogram& h = health.stage(stage);
+    if (h.count() == 0) continue;
+    stages.push_back(
+        {std::string(to_string(stage)), h.quantile_us(0.5), h.quantile_us(0.99), h.max_us()});
+  }
+  return stages;
+}
+
+std::vector<std::pair<std::string, std::uint64_t>> fault_counts(const ReplayFacts& facts) {
+  Health& health = *facts.parts.health;
+  health.count(Fault::kFrameOutOfOrder, facts.frame_faults.out_of_order);
+  std::vector<std::pair<std::string, std::uint64_t>> faults;
+  for (int k = 0; k < static_cast<int>(Fault::kCount); ++k) {
+    const auto fault = static_cast<Fault>(k);
+    if (health.faults(fault) > 0)
+      faults.emplace_back(std::string(to_string(fault)), health.faults(fault));
+  }
+  return faults;
+}
+
+FlowReport flow(const StreamCounts& counts) { return {counts.in, counts.used, counts.dropped}; }
+
+ReplayReport make_report(const ReplayFacts& facts, const ReplayOutput& output) {
+  const Health& health = *facts.parts.health;
+  ReplayReport report;
+  report.recording = facts.options.recording;
+  if (facts.end.first_stamp_ns && facts.end.last_stamp_ns) {
+    report.duration_s =
+        static_cast<double>(*facts.end.last_stamp_ns - *facts.end.first_stamp_ns) * 1e-9;
+    if (const auto first = output.first_pose_ns())
+      report.initialised_at_s = static_cast<double>(*first - *facts.end.first_stamp_ns) * 1e-9;
+  }
+  report.accuracy = accuracy(facts, output);
+  report.stages = stage_reports(health);
+  if (health.frames.used > 0)
+    report.cpu_ms_per_frame = 1e3 * facts.meters.cpu_s() / static_cast<double>(health.frames.used);
+  report.faults = fault_counts(facts);
+  if (facts.recording.has(replay::Stream::kEvents)) report.events = flow(health.events);
+  report.imu = flow(health.imu);
+  report.frames = flow(health.frames);
+  report.memory = {static_bytes(facts.sensor), peak_rss_bytes(), facts.meters.allocations()};
+  report.resets = health.faults(Fault::kEstimatorReset);
+  return report;
+}
+
+bool tell_failures(const RunEnd& end) {
+  const auto tell = [](const std::optional<Error>& failure, const char* stream) {
+    if (!failure) return true;
+    print_error(std::string("reading the ") + stream +
+                " failed before the end: " + std::string(to_string(failure->code)) +
+                "; the results hold everything up to there");
+    return false;
+  };
+  return tell(end.imu_failure, "inertial data") & tell(end.event_failure, "events") &
+         tell(end.frame_failure, "frames");
+}
+
+void print_summary(const ReplayReport& report, const ReplayOutput& output,
+                   const ReplayFacts& facts) {
+  std::printf("%-15s %s\n", "trajectory",
+              (facts.options.out + "/" + TrajectoryWriter::kFileName).c_str());
+  std::printf("%-15s %zu of %llu frames\n", "poses", output.trajectory().size(),
+              static_cast<unsigned long long>(report.frames->used));
+  const auto figure = [](const char* name, const std::optional<double>& value, const char* unit) {
+    if (value) std::printf("%-15s %.4g %s\n", name, *value, unit);
+  };
+  figure("started after", report.initialised_at_s, "s");
+  figure("ATE RMSE", report.accuracy.ate_rmse_m, "m");
+  figure("MPE", report.accuracy.mpe_percent, "% of the path");
+  figure("RPE in 1 s", report.accuracy.rpe_trans_m, "m");
+  figure("RPE in 1 s", report.accuracy.rpe_rot_deg, "deg");
+  figure("coverage", report.accuracy.coverage, "of the frames' time");
+  figure("CPU per frame", report.cpu_ms_per_frame, "ms, reading included");
+  for (const StageReport& stage : report.stages)
+    std::printf("  %-13s p50 %8.0f us   p99 %8.0f us   max %8.0f us\n", stage.name.c_str(),
+                *stage.p50_us, *stage.p99_us, *stage.max_us);
+  for (const auto& [kind, count] : report.faults)
+    std::printf("%-15s %s: %llu\n", "fault", kind.c_str(), static_cast<unsigned long long>(count));
+  if (report.resets > 0)
+    std::printf("%-15s %llu\n", "resets", static_cast<unsigned long long>(report.resets));
+}
+
+}  // namespace
+
+void ReplayMeters::start() {
+  allocations_ = allocation_count();
+  cpu_s_ = process_cpu_s();
+}
+
+void ReplayMeters::stop() {
+  cpu_s_ = process_cpu_s() - cpu_s_;
+  const auto now = allocation_count();
+  if (now && allocations_) allocations_ = *now - *allocations_;
+}
+
+bool finish_replay(const ReplayFacts& facts, ReplayOutput& output) {
+  const std::string problem = output.close();
+  if (!problem.empty()) print_error(problem);
+  const ReplayReport report = make_report(facts, output);
+  const std::string report_problem = write_report(report, facts.options.out);
+  if (!report_problem.empty()) print_error(report_problem);
+  print_summary(report, output, facts);
+  const bool read_all = tell_failures(facts.end);
+  if (output.trajectory().empty() && !output.last_refusal().empty())
+    print_note("the estimator never started: " + std::string(output.last_refusal()));
+  return problem.empty() && report_problem.empty() && read_all;
+}
+
+}  // namespace pled::apps

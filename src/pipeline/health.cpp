@@ -1,0 +1,54 @@
+#include "pled_vins/pipeline/health.hpp"
+
+#include <ctime>
+
+namespace pled {
+namespace {
+
+std::int64_t monotonic_ns() noexcept {
+  timespec now{};
+  clock_gettime(CLOCK_MONOTONIC, &now);
+  return static_cast<std::int64_t>(now.tv_sec) * 1'000'000'000 + now.tv_nsec;
+}
+
+}  // namespace
+
+std::string_view to_string(Fault fault) noexcept {
+  switch (fault) {
+    case Fault::kEventOutsideSensor: return "event_outside_sensor";
+    case Fault::kEventTimeBackwards: return "event_time_backwards";
+    case Fault::kEventMalformed: return "event_malformed";
+    case Fault::kEventGap: return "event_gap";
+    case Fault::kImuGap: return "imu_gap";
+    case Fault::kImuDuplicate: return "imu_duplicate";
+    case Fault::kImuBackwards: return "imu_backwards";
+    case Fault::kImuUnreadable: return "imu_unreadable";
+    case Fault::kImuNotFinite: return "imu_not_finite";
+    case Fault::kFrameUnreadable: return "frame_unreadable";
+    case Fault::kFrameOutOfOrder: return "frame_out_of_order";
+    case Fault::kFrameWrongSize: return "frame_wrong_size";
+    case Fault::kFrameWithoutImu: return "frame_without_imu";
+    case Fault::kEstimatorReset: return "estimator_reset";
+    case Fault::kCount: break;
+  }
+  return "unknown";
+}
+
+std::string_view to_string(Stage stage) noexcept {
+  switch (stage) {
+    case Stage::kRead: return "read";
+    case Stage::kEvents: return "events";
+    case Stage::kFrontend: return "frontend";
+    case Stage::kBackend: return "backend";
+    case Stage::kFrame: return "frame";
+    case Stage::kCount: break;
+  }
+  return "unknown";
+}
+
+StageTimer::StageTimer(Health& health, Stage stage) noexcept
+    : histogram_(health.stage(stage)), started_ns_(monotonic_ns()) {}
+
+StageTimer::~StageTimer() { histogram_.add_ns(monotonic_ns() - started_ns_); }
+
+}  // namespace pled

@@ -1,0 +1,137 @@
+#include "pled_vins/pipeline/inline_runner.hpp"
+
+#include <algorithm>
+
+namespace pled {
+namespace {
+
+// Inertial samples this long before the first frame are kept, so that the first
+// interval is covered to its start.
+constexpr Duration kImuLead = Duration::from_ms(50);
+
+}  // namespace
+
+RunEnd InlineRunner::run(const RunSources& sources, const RunSpan& span,
+                         ResultSink& sink) noexcept {
+  sources_ = sources;
+  end_ = {};
+  if (sources.events != nullptr && sources.event_decoder != nullptr)
+    event_feed_.connect(*sources.events, *sources.event_decoder);
+  FrameView frame;
+  for (Next next = next_frame(span, frame); next != Next::kEnd; next = next_frame(span, frame)) {
+    if (next == Next::kSkip) continue;
+    const bool go_on = play(frame, sink);
+    sources_.frames->release();
+    if (!go_on) {
+      end_.stopped_by_sink = true;
+      break;
+    }
+  }
+  collect_event_faults();
+  return end_;
+}
+
+InlineRunner::Next InlineRunner::next_frame(const RunSpan& span, FrameView& frame) noexcept {
+  const Result<FrameView> read = [this] {
+    const StageTimer timer(health_, Stage::kRead);
+    return sources_.frames->acquire(Duration::from_ms(0));
+  }();
+  if (!read.ok()) return after_failed_read(read.error());
+  frame = read.value();
+  if (!origin_) origin_ = frame.t;
+  if (span.length && frame.t > *origin_ + span.start + *span.length) {
+    sources_.frames->release();
+    return Next::kEnd;
+  }
+  if (frame.t < *origin_ + span.start) {
+    sources_.frames->release();
+    return Next::kSkip;
+  }
+  return Next::kFrame;
+}
+
+InlineRunner::Next InlineRunner::after_failed_read(Error error) noexcept {
+  switch (error.code) {
+    case ErrorCode::kEndOfStream: return Next::kEnd;
+    case ErrorCode::kCorrupt:
+    case ErrorCode::kTruncated:
+    case ErrorCode::kNotFound:
+    case ErrorCode::kBadNumber:
+    case ErrorCode::kUnsupported:
+    case ErrorCode::kTooLarge:
+      ++health_.frames.in;
+      ++health_.frames.dropped;
+      health_.count(Fault::kFrameUnreadable);
+      return Next::kSkip;
+    default: end_.frame_failure = error; return Next::kEnd;
+  }
+}
+
+bool InlineRunner::play(const FrameView& frame, ResultSink& sink) noexcept {
+  if (!end_.first_stamp_ns) {
+    end_.first_stamp_ns = frame.stamp_ns;
+    from_ = frame.t;
+  }
+  end_.last_stamp_ns = std::max(end_.last_stamp_ns.value_or(frame.stamp_ns), frame.stamp_ns);
+  feed_imu(pipeline_.frame_time(frame));
+  feed_events(frame.t);
+  FrameResult result;
+  {
+    const StageTimer timer(health_, Stage::kFrame);
+    if (!pipeline_.on_frame(frame, result)) return true;
+  }
+  return sink.on_frame(result);
+}
+
+bool InlineRunner::read_imu(ImuSample& sample) noexcept {
+  while (!imu_ended_) {
+    const Result<ImuSample> read = sources_.imu->read(Duration::from_ms(0));
+    if (read.ok()) {
+      sample = read.value();
+      return true;
+    }
+    if (read.error().code == ErrorCode::kBadNumber) {
+      ++health_.imu.in;
+      ++health_.imu.dropped;
+      health_.count(Fault::kImuUnreadable);
+      continue;
+    }
+    imu_ended_ = true;
+    if (read.error().code != ErrorCode::kEndOfStream) end_.imu_failure = read.error();
+  }
+  return false;
+}
+
+void InlineRunner::feed_imu(Timestamp until) noexcept {
+  ImuSample sample;
+  while (newest_imu_ < until && read_imu(sample)) {
+    if (sample.t < from_ - kImuLead) continue;
+    newest_imu_ = std::max(newest_imu_, sample.t);
+    pipeline_.on_imu(sample);
+  }
+}
+
+void InlineRunner::feed_events(Timestamp until) noexcept {
+  const StageTimer timer(health_, Stage::kEvents);
+  for (;;) {
+    std::span<const Event> events = event_feed_.next(until);
+    if (events.empty()) break;
+    const Event* first = std::partition_point(events.data(), events.data() + events.size(),
+                                              [this](const Event& e) { return e.t < from_; });
+    pipeline_.on_events({first, events.data() + events.size()});
+  }
+  end_.event_failure = event_feed_.failure();
+}
+
+void InlineRunner::collect_event_faults() noexcept {
+  const EventDecoder* decoder = event_feed_.decoder();
+  if (decoder == nullptr) return;
+  const DecoderFaults& faults = decoder->faults();
+  health_.set(Fault::kEventOutsideSensor, faults.outside_sensor);
+  health_.set(Fault::kEventTimeBackwards, faults.time_backwards);
+  health_.set(Fault::kEventMalformed, faults.malformed);
+  health_.set(Fault::kEventGap, faults.gaps);
+  health_.events.dropped += faults.outside_sensor;
+}
+
+}  // namespace pled

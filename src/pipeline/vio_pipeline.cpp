@@ -1,0 +1,114 @@
+#include "pled_vins/pipeline/vio_pipeline.hpp"
+
+#include <optional>
+
+#include "pled_vins/geometry/so3.hpp"
+
+namespace pled {
+
+VioPipeline::VioPipeline(const RigCalibration& rig, ImuHistory& imu, FrameTracker& tracker,
+                         Backend& backend, Health& health) noexcept
+    : rig_(rig),
+      imu_(imu),
+      tracker_(tracker),
+      backend_(backend),
+      health_(health),
+      frame_shift_(Duration::from_s(rig.cameras[rig.frame_camera].time_shift_s)) {}
+
+void VioPipeline::on_imu(const ImuSample& sample) noexcept {
+  ++health_.imu.in;
+  if (imu_.add(sample)) {
+    ++health_.imu.used;
+  } else {
+    ++health_.imu.dropped;
+  }
+  const ImuFaults& faults = imu_.faults();
+  health_.set(Fault::kImuGap, faults.gaps);
+  health_.set(Fault::kImuDuplicate, faults.duplicates);
+  health_.set(Fault::kImuBackwards, faults.backwards);
+  health_.set(Fault::kImuNotFinite, faults.not_finite);
+}
+
+void VioPipeline::on_events(std::span<const Event> events) noexcept {
+  health_.events.in += events.size();
+}
+
+Timestamp VioPipeline::frame_time(const FrameView& frame) const noexcept {
+  return frame.t + frame_shift_;
+}
+
+bool VioPipeline::covered_by_imu(Timestamp t) const noexcept {
+  const std::optional<Timestamp> oldest = imu_.oldest();
+  const std::optional<Timestamp> newest = imu_.newest();
+  if (!oldest || !newest) return false;
+  const Duration slack = imu_.gap_threshold();
+  return t >= *oldest - slack && t <= *newest + slack;
+}
+
+bool VioPipeline::on_frame(const FrameView& frame, FrameResult& result) noexcept {
+  ++health_.frames.in;
+  const Timestamp t = frame_time(frame);
+  const CameraCalibration& camera = rig_.cameras[rig_.frame_camera];
+  Fault refusal = Fault::kCount;
+  if (has_last_frame_ && t <= last_frame_) {
+    refusal = Fault::kFrameOutOfOrder;
+  } else if (frame.image.width != camera.width_px || frame.image.height != camera.height_px) {
+    refusal = Fault::kFrameWrongSize;
+  } else if (!covered_by_imu(t)) {
+    refusal = Fault::kFrameWithoutImu;
+  }
+  if (refusal != Fault::kCount) {
+    health_.count(refusal);
+    ++health_.frames.dropped;
+    return false;
+  }
+  ++health_.frames.used;
+  track(frame, t);
+  {
+    const StageTimer timer(health_, Stage::kBackend);
+    backend_.process(measurement_, imu_, output_);
+  }
+  health_.set(Fault::kEstimatorReset, output_.pose.reset_counter);
+  has_last_frame_ = true;
+  last_frame_ = t;
+  result = {&measurement_, &output_, carried_back(output_.pose)};
+  return true;
+}
+
+PoseEstimate VioPipeline::carried_back(const PoseEstimate& pose) const noexcept {
+  // Over the few milliseconds of a time shift, speed and turning rate are constant.
+  const double shift_s = frame_shift_.seconds();
+  if (shift_s == 0.0 || imu_.size() == 0) return pose;
+  const Eigen::Map<const Eigen::Vector3d> gyro(imu_[imu_.size() - 1].gyro_radps.data());
+  const Eigen::Map<const Eigen::Vector3d> bias(pose.gyro_bias_radps.data());
+  PoseEstimate back = pose;
+  back.t = pose.t - frame_shift_;
+  for (std::size_t k = 0; k < 3; ++k) back.p_world_body_m[k] -= pose.v_world_body_mps[k] * shift_s;
+  Eigen::Map<Eigen::Quaterniond> q(back.q_world_body_xyzw.data());
+  const Eigen::Vector3d turned = -shift_s * (gyro - bias);
+  q = (q * so3::exp(turned)).normalized();
+  return back;
+}
+
+void VioPipeline::track(const FrameView& frame, Timestamp t) noexcept {
+  const StageTimer timer(health_, Stage::kFrontend);
+  std::optional<Eigen::Quaterniond> R_prev_cur_cam;
+  if (has_last_frame_) {
+    const Eigen::Vector3d bias = output_.has_pose
+                                     ? Eigen::Vector3d(Eigen::Map<const Eigen::Vector3d>(
+                                           output_.pose.gyro_bias_radps.data()))
+                                     : still_bias_.gyro_bias_radps();
+    const std::optional<Eigen::Quaterniond> R_prev_cur_body = imu_.rotation(last_frame_, t, bias);
+    if (R_prev_cur_body) {
+      const Eigen::Quaterniond& R_body_cam = rig_.cameras[rig_.frame_camera].T_body_cam.q;
+      R_prev_cur_cam = R_body_cam.conjugate() * *R_prev_cur_body * R_body_cam;
+    }
+  }
+  tracker_.track(frame, t, R_prev_cur_cam, measurement_);
+  if (has_last_frame_ && !output_.has_pose) {
+    still_bias_.observe(imu_, last_frame_, t, measurement_.median_flow_px,
+                        measurement_.points.size());
+  }
+}
+
+}  // namespace pled

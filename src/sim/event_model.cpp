@@ -1,0 +1,106 @@
+#include "src/sim/event_model.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <tuple>
+
+namespace pled::sim {
+namespace {
+
+constexpr double kNever = std::numeric_limits<double>::infinity();
+constexpr float kDark = 0.02F;
+constexpr double kLowestThreshold = 0.02;
+
+}  // namespace
+
+EventModel::EventModel(int width_px, int height_px, const EventOptions& options, std::uint64_t seed)
+    : width_px_(width_px), options_(options) {
+  pixels_.resize(static_cast<std::size_t>(width_px) * static_cast<std::size_t>(height_px));
+  for (std::size_t i = 0; i < pixels_.size(); ++i) {
+    Pixel& p = pixels_[i];
+    p.random = stream(seed, Stream::kEvents, i);
+    const double sigma = options.mismatch * options.threshold;
+    const double on = options.threshold + sigma * p.random.gaussian();
+    const double off = options.threshold + sigma * p.random.gaussian();
+    p.on = static_cast<float>(std::max(kLowestThreshold, on));
+    p.off = static_cast<float>(std::max(kLowestThreshold, off));
+    const double wait = p.random.exponential();
+    p.noise_t_s = options.noise_rate_hz > 0 ? wait / options.noise_rate_hz : kNever;
+  }
+}
+
+float EventModel::log_intensity(float radiance) noexcept { return std::log(radiance + kDark); }
+
+void EventModel::start(const Exposure& first) {
+  t_s_ = first.t_s;
+  for (std::size_t i = 0; i < pixels_.size(); ++i) {
+    Pixel& p = pixels_[i];
+    p.last = log_intensity(first.radiance[i]);
+    p.reference = p.last + static_cast<float>(p.random.uniform(-static_cast<double>(p.on),
+                                                               static_cast<double>(p.off)));
+    if (p.noise_t_s < kNever) p.noise_t_s += first.t_s;
+  }
+}
+
+void EventModel::advance_row(int y, std::span<const Exposure> exposures, std::vector<Event>& out) {
+  const std::size_t begin = static_cast<std::size_t>(y) * static_cast<std::size_t>(width_px_);
+  for (int x = 0; x < width_px_; ++x) {
+    const std::size_t i = begin + static_cast<std::size_t>(x);
+    Pixel& p = pixels_[i];
+    double t0_s = t_s_;
+    for (const Exposure& e : exposures) {
+      const float now = log_intensity(e.radiance[i]);
+      const bool quiet = now < p.reference + p.on && now > p.reference - p.off &&
+                         p.noise_t_s > e.t_s && p.rests_until_s < 0.0;
+      if (!quiet) {
+        const double from = static_cast<double>(p.last);
+        const double slope = (static_cast<double>(now) - from) / (e.t_s - t0_s);
+        Event event;
+        event.x_px = static_cast<std::uint16_t>(x);
+        event.y_px = static_cast<std::uint16_t>(y);
+        advance_pixel(p, {t0_s, e.t_s, from, slope}, event, out);
+      }
+      p.last = now;
+      t0_s = e.t_s;
+    }
+  }
+}
+
+void EventModel::advance_pixel(Pixel& p, const Piece& piece, Event event,
+                               std::vector<Event>& out) const {
+  double t_s = piece.t0_s;
+  for (;;) {
+    if (p.rests_until_s >= 0.0) {
+      if (p.rests_until_s >= piece.t1_s) return;
+      t_s = std::max(t_s, p.rests_until_s);
+      p.reference = static_cast<float>(piece.at(t_s));
+      p.rests_until_s = -1.0;
+    }
+    const bool rising = piece.slope > 0.0;
+    const double level = static_cast<double>(rising ? p.reference + p.on : p.reference - p.off);
+    const double crossing_s = piece.slope != 0.0
+                                  ? std::max(t_s, piece.t0_s + (level - piece.from) / piece.slope)
+                                  : kNever;
+    const double noise_s = std::max(t_s, p.noise_t_s);
+    const double fires_s = std::min(crossing_s, noise_s);
+    if (!(fires_s <= piece.t1_s)) return;
+    bool on = rising;
+    if (noise_s < crossing_s) on = p.random.uniform() < 0.5;
+    while (p.noise_t_s <= fires_s) p.noise_t_s += p.random.exponential() / options_.noise_rate_hz;
+    event.t = {Duration::from_s(fires_s).us};
+    event.polarity = on ? Polarity::kOn : Polarity::kOff;
+    out.push_back(event);
+    p.rests_until_s = fires_s + options_.refractory_s;
+    t_s = fires_s;
+  }
+}
+
+void sort_as_sent(std::vector<Event>& events) {
+  // Stable: two events of a pixel within one microsecond keep their order.
+  std::stable_sort(events.begin(), events.end(), [](const Event& a, const Event& b) {
+    return std::tuple(a.t, a.y_px, a.x_px) < std::tuple(b.t, b.y_px, b.x_px);
+  });
+}
+
+}  // namespace pled::sim

@@ -1,0 +1,150 @@
+#include "src/sim/recording_writer.hpp"
+
+#include <cstdio>
+#include <string>
+#include <system_error>
+#include <utility>
+
+#include "src/sim/png_file.hpp"
+
+namespace pled::sim {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// printf into a string; lines are short.
+template <typename... Values>
+std::string format(const char* pattern, Values... values) {
+  char line[512];
+  const int n = std::snprintf(line, sizeof line, pattern, values...);
+  return n > 0 ? std::string(line, static_cast<std::size_t>(n)) : std::string();
+}
+
+Result<void> write_text(const fs::path& path, const std::string& text) {
+  std::ofstream file(path, std::ios::binary | std::ios::trunc);
+  file.write(text.data(), static_cast<std::streamsize>(text.size()));
+  file.close();
+  if (!file) return ErrorCode::kIoFailure;
+  return {};
+}
+
+std::string picture_name(const char* kind, std::uint64_t index) {
+  return format("%ss/%s_%08llu.png", kind == std::string("frame") ? "image" : kind, kind,
+                static_cast<unsigned long long>(index));
+}
+
+/// An empty folder for pictures: PNG files of an earlier recording would look like part of this
+/// one.
+Result<void> make_picture_folder(const fs::path& path) {
+  std::error_code error;
+  fs::create_directories(path, error);
+  if (error) return Error{ErrorCode::kIoFailure, error.value()};
+  for (const fs::directory_entry& entry : fs::directory_iterator(path, error)) {
+    if (entry.path().extension() == ".png") fs::remove(entry.path(), error);
+  }
+  if (error) return Error{ErrorCode::kIoFailure, error.value()};
+  return {};
+}
+
+}  // namespace
+
+Result<void> RecordingWriter::create(const CameraCalibration& camera) {
+  PLED_TRY(make_picture_folder(dir_ / "images"));
+  PLED_TRY(make_picture_folder(dir_ / "masks"));
+  encoder_ = Evt3Encoder{camera.width_px};
+  events_.open(dir_ / "events.raw", std::ios::binary | std::ios::trunc);
+  events_ << Evt3Encoder::raw_header(camera.width_px, camera.height_px);
+  if (!events_) return ErrorCode::kIoFailure;
+  return {};
+}
+
+Result<void> RecordingWriter::write_calibration(const CameraCalibration& c, const ImuNoise& imu) {
+  const auto& k = c.coeffs;
+  const std::string lens = format("%.9g, %.9g, %.9g, %.9g", k[0], k[1], k[2], k[3]);
+  std::string chain = "cam0:\n  camera_model: pinhole\n";
+  chain += format("  intrinsics: [%.9g, %.9g, %.9g, %.9g]\n", c.fx_px, c.fy_px, c.cx_px, c.cy_px);
+  chain += c.distortion == Distortion::kEquidistant ? "  distortion_model: equidistant\n"
+                                                    : "  distortion_model: radtan\n";
+  chain += "  distortion_coeffs: [" + lens + "]\n  T_cam_imu:\n";
+  const Pose T_cam_imu = c.T_body_cam.inverse();
+  const Eigen::Matrix3d R = T_cam_imu.R();
+  for (int row = 0; row < 3; ++row) {
+    chain += format("  - [%.12g, %.12g, %.12g, %.12g]\n", R(row, 0), R(row, 1), R(row, 2),
+                    T_cam_imu.p(row));
+  }
+  chain += "  - [0, 0, 0, 1]\n";
+  chain += format("  timeshift_cam_imu: %.9g\n", c.time_shift_s);
+  chain += format("  resolution: [%d, %d]\n", c.width_px, c.height_px);
+  PLED_TRY(write_text(dir_ / "camchain.yaml", chain));
+
+  PLED_TRY(write_text(dir_ / "calib.txt",
+                      format("%.9g %.9g %.9g %.9g %.9g %.9g %.9g %.9g %.9g\n", c.fx_px, c.fy_px,
+                             c.cx_px, c.cy_px, k[0], k[1], k[2], k[3], k[4])));
+  std::string noise;
+  noise += format("accelerometer_noise_density: %.8f   # m/s^2/sqrt(Hz)\n", imu.accel_density);
+  noise += format("accelerometer_random_walk: %.8f   # m/s^3/sqrt(Hz)\n", imu.accel_walk);
+  noise += format("gyroscope_noise_density: %.8f   # rad/s/sqrt(Hz)\n", imu.gyro_density);
+  noise += format("gyroscope_random_walk: %.8f   # rad/s^2/sqrt(Hz)\n", imu.gyro_walk);
+  noise += format("rostopic: /imu0\nupdate_rate: %.9g\n", imu.rate_hz);
+  return write_text(dir_ / "imu.yaml", noise);
+}
+
+Result<void> RecordingWriter::write_imu(std::span<const ImuSample> samples) {
+  std::string text;
+  for (const ImuSample& s : samples) {
+    text +=
+        format("%.9f %.9f %.9f %.9f %.9f %.9f %.9f\n", s.t.seconds(), s.accel_mps2[0],
+               s.accel_mps2[1], s.accel_mps2[2], s.gyro_radps[0], s.gyro_radps[1], s.gyro_radps[2]);
+  }
+  return write_text(dir_ / "imu.txt", text);
+}
+
+Result<void> RecordingWriter::write_truth(const Trajectory& trajectory, double duration_s,
+                                          double rate_hz) {
+  std::string text;
+  const auto count = static_cast<std::uint64_t>(duration_s * rate_hz + 1e-6) + 1;
+  for (std::uint64_t i = 0; i < count; ++i) {
+    const double t_s = static_cast<double>(i) / rate_hz;
+    const Pose T = trajectory.at(t_s).T_world_body;
+    text += format("%.9f %.9f %.9f %.9f %.9f %.9f %.9f %.9f\n", t_s, T.p.x(), T.p.y(), T.p.z(),
+                   T.q.x(), T.q.y(), T.q.z(), T.q.w());
+  }
+  return write_text(dir_ / "groundtruth.txt", text);
+}
+
+Result<void> RecordingWriter::write_frame(std::uint64_t index, const Frame& frame, int width_px,
+                                          int height_px) {
+  PLED_TRY(write_png(dir_ / picture_name("frame", index),
+                     {frame.grey.data(), width_px, height_px, width_px}));
+  return write_png(dir_ / picture_name("mask", index),
+                   {frame.mask.data(), width_px, height_px, width_px});
+}
+
+Result<void> RecordingWriter::write_frame_lists(std::uint64_t count, double rate_hz) {
+  std::string images;
+  std::string masks;
+  for (std::uint64_t i = 0; i < count; ++i) {
+    const std::string stamp = format("%.9f ", static_cast<double>(i) / rate_hz);
+    images += stamp + picture_name("frame", i) + "\n";
+    masks += stamp + picture_name("mask", i) + "\n";
+  }
+  PLED_TRY(write_text(dir_ / "images.txt", images));
+  return write_text(dir_ / "masks.txt", masks);
+}
+
+Result<void> RecordingWriter::write_events(std::span<const Event> events) {
+  bytes_.clear();
+  encoder_.encode(events, bytes_);
+  events_.write(reinterpret_cast<const char*>(bytes_.data()),
+                static_cast<std::streamsize>(bytes_.size()));
+  if (!events_) return ErrorCode::kIoFailure;
+  return {};
+}
+
+Result<void> RecordingWriter::finish() {
+  events_.close();
+  if (!events_) return ErrorCode::kIoFailure;
+  return {};
+}
+
+}  // namespace pled::sim
