@@ -19,6 +19,14 @@ constexpr Duration kDegradedAfterGap = Duration::from_ms(1000);
 
 std::array<double, 3> to_array(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
 
+/// A rough picture must not be taken for a divergence.
+constexpr double kMostResidual_px = 3.5;
+
+BackendConfig for_start(BackendConfig config) {
+  config.point_sigma_px = std::max(config.point_sigma_px, config.start_sigma_px);
+  return config;
+}
+
 ImuNoise scaled(ImuNoise noise, double factor) {
   noise.accel_density *= factor;
   noise.accel_walk *= factor;
@@ -32,12 +40,14 @@ ImuNoise scaled(ImuNoise noise, double factor) {
 Backend::Backend(const BackendConfig& config, const RigCalibration& rig,
                  WindowSolver& solver) noexcept
     : config_(config),
+      start_config_(for_start(config)),
       rig_(rig),
       noise_(scaled(rig.imu, config.imu_noise_scale)),
       settings_(make_factor_settings(config_, rig_)),
+      point_noise_(config.point_sigma_px),
       solver_(solver),
       book_(rig_, settings_, static_cast<std::size_t>(config.min_observations)),
-      bootstrap_(config_, rig_, noise_, settings_),
+      bootstrap_(start_config_, rig_, noise_, settings_),
       still_(rig_) {
   const Pose& T = rig_.cameras[rig_.frame_camera].T_body_cam;
   window_.rig_state = {T, T, T, 0.0, 0.0};
@@ -90,12 +100,15 @@ void Backend::begin(const FrameMeasurement& frame, const ImuHistory& imu,
     out.refusal = StartRefusal::kNone;
   } else {
     coast(frame, imu, out);
+    set_point_noise(settings_, rig_, start_config_.point_sigma_px);
     out.refusal = bootstrap_.attempt(frame, imu, belief_, book_, solver_, window_);
     out.refusal_detail = bootstrap_.detail();
     if (out.refusal != StartRefusal::kNone) return;
     align_to_handover();
   }
   tracking_ = true;
+  point_noise_.reset();
+  set_point_noise(settings_, rig_, point_noise_.sigma_px());
   weak_since_.reset();
   still_.reset();
   out.keyframe = true;
@@ -189,6 +202,7 @@ bool Backend::track(const FrameMeasurement& frame, const ImuHistory& imu,
       solver_.solve({window_, rig_, settings_}, {.max_iterations = config_.max_iterations});
   out.iterations = summary.iterations;
   out.mean_reprojection_px = book_.judge(window_);
+  point_noise_.observe(window_, rig_, settings_);
   const Verdict verdict = check(bridged ? window_.newest().x : predicted, summary, out);
   if (verdict == Verdict::kDiverged) {
     ++faults_.divergences;
@@ -204,6 +218,7 @@ bool Backend::track(const FrameMeasurement& frame, const ImuHistory& imu,
   out.keyframe = state.keyframe;
   repropagate();
   slide();
+  set_point_noise(settings_, rig_, point_noise_.sigma_px());
   return true;
 }
 
@@ -245,7 +260,7 @@ Backend::Verdict Backend::check(const NavState& predicted, const SolveSummary& s
   for (const Landmark& l : window_.landmarks)
     held += l.in_solver && !l.rejected && l.observations.back().state == newest;
   const bool enough = held >= kFewPoints || window_.newest().still;
-  if (enough && out.mean_reprojection_px < 5.0 * config_.point_sigma_px) {
+  if (enough && out.mean_reprojection_px < kMostResidual_px) {
     weak_since_.reset();
     return Verdict::kGood;
   }

@@ -23,11 +23,16 @@ double robust_gain(double robust_scale) noexcept {
   return w2 * w2 / (w2u * w1);
 }
 
+void set_point_noise(FactorSettings& settings, const RigCalibration& rig,
+                     double sigma_px) noexcept {
+  for (std::size_t c = 0; c < limits::kMaxCameras; ++c)
+    settings.sigmas_per_unit[c] = Camera(rig.cameras[c]).focal_px() / sigma_px;
+}
+
 FactorSettings make_factor_settings(const BackendConfig& config,
                                     const RigCalibration& rig) noexcept {
   FactorSettings s;
-  for (std::size_t c = 0; c < limits::kMaxCameras; ++c)
-    s.sigmas_per_unit[c] = Camera(rig.cameras[c]).focal_px() / config.point_sigma_px;
+  set_point_noise(s, rig, config.point_sigma_px);
   s.robust_scale = config.robust_scale;
   s.point_gain = robust_gain(config.robust_scale);
   s.extrinsic_sigma_m = config.extrinsic_sigma_m;

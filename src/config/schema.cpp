@@ -45,8 +45,12 @@ constexpr std::array kSchema{
               "largest epipolar distance of a point that moves with the scene",
               PLED_FIELD(frontend.ransac_px)},
 
-    ConfigKey{"backend.point_sigma_px", "px", 0.05, 10, "noise of a tracked point, one axis",
+    ConfigKey{"backend.point_sigma_px", "px", 0.05, 10,
+              "least noise of a tracked point, one axis; more is measured while tracking",
               PLED_FIELD(backend.point_sigma_px)},
+    ConfigKey{"backend.start_sigma_px", "px", 0.05, 10,
+              "noise of a tracked point, one axis, until the estimator has started",
+              PLED_FIELD(backend.start_sigma_px)},
     ConfigKey{"backend.robust_scale", "sigma", 0.5, 100,
               "Cauchy scale: residuals beyond it count less", PLED_FIELD(backend.robust_scale)},
     ConfigKey{"backend.max_iterations", "", 1, 50, "solver steps for each frame",

@@ -7,6 +7,12 @@
 
 namespace pled::support {
 
+BackendConfig start_config() {
+  BackendConfig config;
+  config.point_sigma_px = std::max(config.point_sigma_px, config.start_sigma_px);
+  return config;
+}
+
 void fill_history(const PointWorld& world, Timestamp until, ImuHistory& imu) {
   for (const ImuSample& sample : world.imu())
     if (sample.t <= until + Duration::from_ms(20)) imu.add(sample);

@@ -4,9 +4,17 @@
 #include <cstdint>
 
 #include "pled_vins/backend/start.hpp"
-#include "tests/support/point_world.hpp"
+#include "pled_vins/sim/point_world.hpp"
 
 namespace pled::support {
+
+using sim::MotionKind;
+using sim::PointWorld;
+using sim::PointWorldOptions;
+using sim::SmoothMotion;
+
+/// The default settings as the start sees them: with the point noise assumed until then.
+[[nodiscard]] BackendConfig start_config();
 
 /// The inertial history as it is when the frame at `until` arrives (0.02 s later).
 void fill_history(const PointWorld& world, Timestamp until, ImuHistory& imu);

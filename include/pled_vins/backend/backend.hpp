@@ -8,6 +8,7 @@
 #include "pled_vins/backend/config.hpp"
 #include "pled_vins/backend/landmark_book.hpp"
 #include "pled_vins/backend/marginalisation.hpp"
+#include "pled_vins/backend/point_noise.hpp"
 #include "pled_vins/backend/start.hpp"
 #include "pled_vins/backend/still_detector.hpp"
 #include "pled_vins/backend/window_solver.hpp"
@@ -90,9 +91,11 @@ class Backend {
   void write_weights(const FrameMeasurement& frame, BackendOutput& out) noexcept;
 
   BackendConfig config_;
+  BackendConfig start_config_;  ///< with the point noise assumed until the start
   RigCalibration rig_;
   ImuNoise noise_;
   FactorSettings settings_;
+  PointNoise point_noise_;
   WindowSolver& solver_;
   LandmarkBook book_;
   Bootstrap bootstrap_;

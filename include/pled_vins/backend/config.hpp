@@ -6,9 +6,11 @@ namespace pled {
 
 /// Tuning of the sliding-window estimator and of its start.
 struct BackendConfig {
-  double point_sigma_px = 0.7;  ///< noise of a tracked point, one axis, 0.05 ... 10
-  double robust_scale = 2.0;    ///< Cauchy scale in sigmas of a point, 0.5 ... 100
-  int max_iterations = 8;       ///< solver steps a frame, 1 ... 50
+  double point_sigma_px = 0.15;  ///< least noise of a tracked point, one axis; more is measured
+                                 ///< while tracking, 0.05 ... 10
+  double start_sigma_px = 0.7;   ///< the same until the estimator has started, 0.05 ... 10
+  double robust_scale = 2.0;     ///< Cauchy scale in sigmas of a point, 0.5 ... 100
+  int max_iterations = 8;        ///< solver steps a frame, 1 ... 50
   double keyframe_parallax_px =
       8.0;  ///< rotation-free parallax that makes a keyframe, at f = 200 px, 1 ... 100
   int min_observations = 3;             ///< of a point before it takes part, 2 ... 11
@@ -30,6 +32,8 @@ struct BackendConfig {
 [[nodiscard]] constexpr ConfigIssue check(const BackendConfig& c) noexcept {
   if (!(c.point_sigma_px >= 0.05 && c.point_sigma_px <= 10))
     return {"backend.point_sigma_px", "must be in [0.05, 10]"};
+  if (!(c.start_sigma_px >= 0.05 && c.start_sigma_px <= 10))
+    return {"backend.start_sigma_px", "must be in [0.05, 10]"};
   if (!(c.robust_scale >= 0.5 && c.robust_scale <= 100))
     return {"backend.robust_scale", "must be in [0.5, 100]"};
   if (!(c.max_iterations >= 1 && c.max_iterations <= 50))

@@ -27,6 +27,9 @@ struct FactorSettings {
   bool estimate_time_shift = false;
 };
 
+/// Weighs the points of every camera of the rig as having this noise, pixels.
+void set_point_noise(FactorSettings& settings, const RigCalibration& rig, double sigma_px) noexcept;
+
 [[nodiscard]] FactorSettings make_factor_settings(const BackendConfig& config,
                                                   const RigCalibration& rig) noexcept;
 

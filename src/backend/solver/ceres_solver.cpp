@@ -182,7 +182,9 @@ SolveSummary CeresSolver::solve(const WindowProblem& p, const SolveOptions& opti
   o.trust_region_strategy_type = ceres::LEVENBERG_MARQUARDT;
   o.max_num_iterations = options.max_iterations;
   o.max_solver_time_in_seconds = 1e9;  // iterations bound the work, never the clock
-  o.function_tolerance = 1e-4;
+  // Scale lies in a long flat valley: little damping and a fine end, else it is left half way.
+  o.initial_trust_region_radius = 1e6;
+  o.function_tolerance = 1e-5;
   o.parameter_tolerance = 1e-9;
   o.num_threads = 1;
   o.jacobi_scaling = true;

@@ -55,7 +55,7 @@ Outcome run(const Scenario& s, int worlds) {
         add_cluster(world, s.cluster_share, 1 + n % 5, static_cast<std::uint64_t>(n), frames);
       const auto imu = std::make_unique<ImuHistory>();
       fill_history(world, frames.back().t, *imu);
-      const StartGuess guess = guess_start(frames, *imu, world.rig(), BackendConfig{});
+      const StartGuess guess = guess_start(frames, *imu, world.rig(), start_config());
       ++outcome.tries;
       if (guess.refusal != StartRefusal::kNone) continue;
       ++outcome.started;

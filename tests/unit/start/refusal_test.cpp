@@ -23,7 +23,7 @@ PointWorldOptions drone(std::uint64_t seed) {
 StartGuess guess(const PointWorld& world, const StartFrames& frames) {
   const auto imu = std::make_unique<ImuHistory>();
   fill_history(world, frames.back().t, *imu);
-  return guess_start(frames, *imu, world.rig(), BackendConfig{});
+  return guess_start(frames, *imu, world.rig(), start_config());
 }
 
 }  // namespace
@@ -80,7 +80,7 @@ TEST_SUITE("start.refusal") {
       for (double& a : s.accel_mps2) a /= 9.81;
       imu->add(s);
     }
-    CHECK(guess_start(frames, *imu, world.rig(), {}).refusal == StartRefusal::kGravity);
+    CHECK(guess_start(frames, *imu, world.rig(), start_config()).refusal == StartRefusal::kGravity);
   }
 
   TEST_CASE("bearings that are not finite do not reach the states") {

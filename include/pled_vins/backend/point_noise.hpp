@@ -1,0 +1,31 @@
+#pragma once
+
+#include "pled_vins/backend/factors.hpp"
+#include "pled_vins/backend/window.hpp"
+
+namespace pled {
+
+/// How exactly points are tracked, measured from what the solves leave over. Ours: tracks of a
+/// sharp picture are ten times as exact as those of a blurred or compressed one, and scale and
+/// biases come out right only when vision and inertia are weighed as they deserve.
+class PointNoise {
+ public:
+  /// `least_px`: never below; what the estimate is at first.
+  explicit PointNoise(double least_px) noexcept : least_px_(least_px), measured_px_(least_px) {}
+
+  /// After a solve: follows the median over points of the noise that their own residuals show
+  /// (per degree of freedom, so few sightings do not look exact). A median, because points that
+  /// move or are mistracked say nothing about the others.
+  void observe(const SlidingWindow& window, const RigCalibration& rig,
+               const FactorSettings& settings) noexcept;
+  void reset() noexcept { measured_px_ = least_px_; }
+
+  /// Standard deviation of one axis, pixels.
+  [[nodiscard]] double sigma_px() const noexcept;
+
+ private:
+  double least_px_;
+  double measured_px_;
+};
+
+}  // namespace pled
