@@ -15,6 +15,9 @@ compile_jobs() {
 build_preset() {
   local preset=$1 log=build/$1.configure.log
   shift
+  # Clones of this repository share what they have compiled: paths below the checkout count as
+  # relative ones.
+  local -x CCACHE_BASEDIR=$PWD CCACHE_NOHASHDIR=1
   mkdir -p build
   cmake --preset "$preset" >"$log" 2>&1 || { cat "$log" >&2; return 1; }
   cmake --build --preset "$preset" --parallel "$(compile_jobs)" "$@"

@@ -4,3 +4,7 @@ if(TARGET pled_pipeline)
             unit/pipeline/still_gyro_bias_test.cpp
     DEPS pled::pipeline)
 endif()
+pled_add_tests(test_pipeline_memory LABEL memory
+  SOURCES memory/pipeline/vio_pipeline_test.cpp
+          ${PROJECT_SOURCE_DIR}/src/apps/allocation_counter.cpp
+  DEPS pled::pipeline pled::backend_solver)

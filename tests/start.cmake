@@ -1,9 +1,8 @@
 pled_add_tests(test_start
   SOURCES
-    support/point_world.cpp
     support/start_world.cpp
     unit/start/refusal_test.cpp
     law/start/motion_derivatives_test.cpp
     law/start/gravity_constraint_test.cpp
     law/start/start_statistics_test.cpp
-  DEPS pled::start)
+  DEPS pled::start pled::point_world)

@@ -6,21 +6,17 @@
 #include <string_view>
 #include <vector>
 
+#include "drivers/replay/frame_list.hpp"
 #include "drivers/replay/image_reader.hpp"
-#include "drivers/replay/line_reader.hpp"
+#include "drivers/replay/message.hpp"
 #include "pled_vins/hal/frame_source.hpp"
 
 namespace pled::replay {
 
-enum class FrameListFormat : std::uint8_t {
-  kRpg,    ///< `t_s path`, the path relative to the recording's folder
-  kEuroc,  ///< `t_ns,name`
-};
-
 /// Counted faults of a frame list.
 struct FrameFaults {
   std::uint64_t malformed_lines = 0;  ///< no stamp or no name
-  std::uint64_t out_of_order = 0;     ///< stamps not later than the frame before; skipped
+  std::uint64_t out_of_order = 0;     ///< stamps that go back or leap ahead; skipped
   std::uint64_t unreadable = 0;       ///< missing, truncated, corrupt or of another size
 };
 
@@ -41,7 +37,8 @@ class FrameFileSource final : public FrameSource {
 
   Result<void> start() noexcept override { return {}; }
   /// The next frame. A frame whose stamp is not later than the last one is
-  /// skipped and counted. Errors: kTruncated, kCorrupt (this frame is lost and
+  /// skipped and counted; so is one whose stamp leaps ahead: later than that of the
+  /// next line, which goes on from the last. Errors: kTruncated, kCorrupt (this frame is lost and
   /// counted, also when its file is missing, its line does not read or its size
   /// is not the first one's: last_message() says; call again), kTimeout (every
   /// slot is held), kEndOfStream, kIoFailure (final). Detail: line of the list.
@@ -49,23 +46,19 @@ class FrameFileSource final : public FrameSource {
   void release() noexcept override;
   void stop() noexcept override {}
 
-  [[nodiscard]] const FrameFaults& faults() const noexcept { return faults_; }
+  [[nodiscard]] FrameFaults faults() const noexcept {
+    return {list_.malformed_lines(), list_.out_of_order(), unreadable_};
+  }
   /// Words for the last fault: file, line, what is wrong. Also set for a skipped stamp.
   [[nodiscard]] std::string_view last_message() const noexcept { return message_.text(); }
-  [[nodiscard]] double progress() const noexcept;
+  [[nodiscard]] double progress() const noexcept { return list_.progress(); }
 
  private:
-  struct Entry {
-    std::int64_t stamp_ns = 0;
-    std::string_view name;
-  };
+  FrameFileSource(FrameList list, Options options);
 
-  FrameFileSource(LineReader lines, Options options);
+  [[nodiscard]] Result<FrameView> decode(const FrameList::Entry& entry) noexcept;
 
-  [[nodiscard]] Result<Entry> next_entry() noexcept;
-  [[nodiscard]] Result<FrameView> decode(const Entry& entry) noexcept;
-
-  LineReader lines_;
+  FrameList list_;
   Options options_;
   ImageReader reader_;
   std::vector<std::vector<std::uint8_t>> slots_;
@@ -73,9 +66,7 @@ class FrameFileSource final : public FrameSource {
   std::size_t held_ = 0;
   std::string path_;  ///< of the current image; capacity reserved
   ImageSize size_;    ///< of the first frame that could be read
-  bool has_stamp_ = false;
-  std::int64_t last_stamp_ns_ = 0;
-  FrameFaults faults_;
+  std::uint64_t unreadable_ = 0;
   Message message_;
 };
 

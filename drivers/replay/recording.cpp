@@ -267,6 +267,11 @@ Result<std::unique_ptr<FrameFileSource>> Recording::open_frames(std::size_t slot
   return source;
 }
 
+std::vector<std::int64_t> Recording::frame_stamps_ns() const {
+  const auto format = layout_ == Layout::kEuroc ? FrameListFormat::kEuroc : FrameListFormat::kRpg;
+  return has(Stream::kFrames) ? listed_stamps(files_.frames, format) : std::vector<std::int64_t>{};
+}
+
 Result<TruthReader> Recording::open_truth(Problems& problems) const {
   PLED_TRY(require(Stream::kTruth, problems));
   auto reader = TruthReader::open(

@@ -4,6 +4,7 @@
 #include <memory>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "drivers/replay/frame_source.hpp"
 #include "drivers/replay/imu_source.hpp"
@@ -76,6 +77,8 @@ class Recording {
   /// `slots`: frames that may be held at once.
   [[nodiscard]] Result<std::unique_ptr<FrameFileSource>> open_frames(std::size_t slots,
                                                                      Problems& problems) const;
+  /// Stamps of the frames as open_frames() goes through them, read or not; ns.
+  [[nodiscard]] std::vector<std::int64_t> frame_stamps_ns() const;
   [[nodiscard]] Result<TruthReader> open_truth(Problems& problems) const;
   [[nodiscard]] Result<std::unique_ptr<FrameFileSource>> open_masks(std::size_t slots,
                                                                     Problems& problems) const;

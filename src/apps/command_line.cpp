@@ -101,7 +101,8 @@ ExitCode refuse_misuse(const Parser& parser, const CLI::ParseError& error) {
                 std::string(nearest(word, candidates)) + "'?";
     }
   }
-  print_error(text + " " + help + " shows how.");
+  const bool ended = text.ends_with('?') || text.ends_with('.');
+  print_error(text + (ended ? " " : ". ") + help + " shows how.");
   return ExitCode::kMisused;
 }
 

@@ -10,6 +10,7 @@ std::vector<std::unique_ptr<Command>> all_commands() {
   commands.push_back(make_budget_command());
   commands.push_back(make_config_command());
   commands.push_back(make_check_imu_command());
+  commands.push_back(make_check_consistency_command());
   commands.push_back(make_simulate_command());
   return commands;
 }

@@ -13,6 +13,7 @@
 #include "src/apps/commands.hpp"
 #include "src/apps/json_number.hpp"
 #include "src/apps/problems.hpp"
+#include "src/apps/progress.hpp"
 #include "src/apps/text.hpp"
 
 namespace pled::apps {
@@ -97,7 +98,10 @@ class InfoCommand final : public Command {
     if (!recording.ok()) return failed(problems);
     std::vector<std::string> words;
     read_calibration(recording.value(), words);
-    const auto info = replay::survey(recording.value(), problems, {});
+    Progress progress = Progress::share_on_stderr();
+    const auto info =
+        replay::survey(recording.value(), problems, [&](double share) { progress.update(share); });
+    progress.finish();
     if (!info.ok()) return failed(problems);
     for (const replay::Problem& problem : problems) words.push_back(to_string(problem));
     words.insert(words.end(), info.value().problems.begin(), info.value().problems.end());

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <cstdio>
 #include <functional>
 #include <string_view>
@@ -13,29 +14,38 @@ class Progress {
  public:
   using Clock = std::function<double()>;  ///< seconds, never decreasing
 
-  /// `total_s` is the length of the recording; 0 when unknown, then nothing is said
-  /// before finish().
-  Progress(std::FILE* out, bool on_terminal, double total_s, Clock clock);
+  enum class Kind : std::uint8_t {
+    kRecording,  ///< seconds of a recording, with the speed against real time
+    kShare,      ///< 0 ... 1 of a job; says nothing when it takes less than a second
+  };
+
+  /// `total` is the length of the recording in seconds (0 when unknown, then nothing
+  /// is said before finish()), or 1 for a share.
+  Progress(std::FILE* out, bool on_terminal, double total, Clock clock,
+           Kind kind = Kind::kRecording);
   /// On stderr with the steady clock; a bar when stderr is a terminal.
   [[nodiscard]] static Progress on_stderr(double total_s);
+  [[nodiscard]] static Progress share_on_stderr();
 
-  /// `done_s` of the recording are done; `words` go behind the figures. Cheap to
-  /// call for every frame.
-  void update(double done_s, std::string_view words = {});
+  /// So much of the total is done; `words` go behind the figures. Cheap to call for
+  /// every frame.
+  void update(double done, std::string_view words = {});
   /// Ends the line of the bar, or says that all is done.
   void finish();
 
  private:
-  void draw_bar(double share, double speed, double left_s, std::string_view words);
+  void draw_bar(double share, double elapsed_s, std::string_view words);
+  void print_line(double share, double elapsed_s, std::string_view words);
 
   std::FILE* out_;
   bool on_terminal_;
-  double total_s_;
+  double total_;
   Clock clock_;
+  Kind kind_;
   double started_s_;
   double drawn_s_ = -1e9;  ///< when the bar was drawn last
   int next_percent_ = 10;  ///< of the next plain line
-  double done_s_ = 0.0;
+  double done_ = 0.0;
 };
 
 }  // namespace pled::apps

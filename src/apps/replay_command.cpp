@@ -1,16 +1,26 @@
-#include <cstdio>
-#include <filesystem>
-#include <optional>
 #include <string>
 
 #include <CLI/CLI.hpp>
 
 #include "src/apps/commands.hpp"
 #include "src/apps/replay_session.hpp"
-#include "src/apps/text.hpp"
 
 namespace pled::apps {
 namespace {
+
+/// A number of seconds that a recording can have; CLI11's own ranges let NaN pass.
+CLI::Validator seconds(bool may_be_zero) {
+  constexpr double kLongest_s = 1e6;
+  const auto check = [may_be_zero](const std::string& word) -> std::string {
+    double value_s = 0.0;
+    const bool is_number = CLI::detail::lexical_cast(word, value_s);
+    if (is_number && value_s <= kLongest_s && (value_s > 0.0 || (may_be_zero && value_s == 0.0)))
+      return {};
+    return std::string("must be a number of seconds ") + (may_be_zero ? ">= 0" : "> 0") +
+           " and <= 1000000, not '" + word + "'";
+  };
+  return {check, ""};
+}
 
 class ReplayCommand final : public Command {
  public:
@@ -33,10 +43,13 @@ class ReplayCommand final : public Command {
     app.add_flag("--force", options_.force, "Overwrite results that are there");
     app.add_option("--config", options_.config, "Settings file (YAML); default: built-in settings");
     app.add_option("--start", options_.start_s, "Begin this many seconds after the first frame")
-        ->check(CLI::NonNegativeNumber)
+        ->type_name("S")
+        ->check(seconds(true))
         ->default_val(0.0);
-    app.add_option("--duration", options_.duration_s, "Play at most this many seconds")
-        ->check(CLI::PositiveNumber);
+    app.add_option("--duration", options_.duration_s,
+                   "Play at most this many seconds; default: all")
+        ->type_name("S")
+        ->check(seconds(false));
   }
 
   ExitCode run() override { return run_replay(options_) ? ExitCode::kDone : ExitCode::kFailed; }

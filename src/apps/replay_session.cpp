@@ -1,6 +1,7 @@
 #include "src/apps/replay_session.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cstdio>
 #include <memory>
 #include <variant>
@@ -14,22 +15,13 @@
 #include "src/apps/estimator_storage.hpp"
 #include "src/apps/output_file.hpp"
 #include "src/apps/output_report.hpp"
+#include "src/apps/problems.hpp"
 #include "src/apps/replay_output.hpp"
 #include "src/apps/replay_summary.hpp"
 #include "src/apps/text.hpp"
 
 namespace pled::apps {
 namespace {
-
-/// Prints each problem; true when one of them is an error.
-bool tell(const replay::Problems& problems) {
-  bool error = false;
-  for (const replay::Problem& problem : problems) {
-    error = error || problem.severity == replay::Severity::kError;
-    std::fprintf(stderr, "pled-vins: %s\n", replay::to_string(problem).c_str());
-  }
-  return error;
-}
 
 std::optional<AppConfig> settings(const std::string& file) {
   if (file.empty()) return AppConfig{};
@@ -119,11 +111,30 @@ std::optional<Streams> open_streams(const replay::Recording& recording,
   return streams;
 }
 
-double recording_length_s(const replay::Recording& recording, const ReplayOptions& options) {
-  const auto read = read_frame_stamps(recording.files().frames);
-  const auto* stamps = std::get_if<std::vector<std::int64_t>>(&read);
-  if (stamps == nullptr || stamps->size() < 2) return 0.0;
-  const double whole_s = static_cast<double>(stamps->back() - stamps->front()) * 1e-9;
+/// Time from the first frame to the last, as listed.
+double recording_length_s(const replay::Recording& recording) {
+  const std::vector<std::int64_t> stamps_ns = recording.frame_stamps_ns();
+  return stamps_ns.empty() ? 0.0 : static_cast<double>(stamps_ns.back() - stamps_ns.front()) * 1e-9;
+}
+
+/// Says when nothing of the recording is left behind the start.
+bool start_is_inside(double whole_s, const ReplayOptions& options) {
+  if (options.start_s <= whole_s) return true;
+  std::array<char, 128> text{};
+  std::snprintf(text.data(), text.size(),
+                "--start %g lies behind the last frame: the recording has %g s of frames",
+                options.start_s, whole_s);
+  print_error(text.data());
+  return false;
+}
+
+/// What the counts of report.json cannot say: where to look.
+void tell_last_faults(const Streams& streams) {
+  for (const std::string_view words : {streams.frames->last_message(), streams.imu->last_message()})
+    if (!words.empty()) print_note("last fault: " + std::string(words));
+}
+
+double played_length_s(double whole_s, const ReplayOptions& options) {
   const double rest_s = std::max(0.0, whole_s - options.start_s);
   return options.duration_s ? std::min(rest_s, *options.duration_s) : rest_s;
 }
@@ -140,7 +151,7 @@ bool run_replay(const ReplayOptions& options) {
                           opened.value().require(replay::Stream::kImu, problems).ok();
     if (!complete && problems.empty()) print_error("the recording lacks frames or inertial data");
   }
-  if (tell(problems) || !opened.ok()) return false;
+  if (print_problems(problems) || !opened.ok()) return false;
   replay::Recording& recording = opened.value();
   const std::optional<RigCalibration> rig = calibration(options.recording, *config);
   if (!rig || !sizes_agree(recording, *rig)) return false;
@@ -149,6 +160,8 @@ bool run_replay(const ReplayOptions& options) {
     recording.set_event_size({event_camera.width_px, event_camera.height_px});
   const limits::SensorClass* sensor = sensor_class(recording);
   if (sensor == nullptr) return false;
+  const double whole_s = recording_length_s(recording);
+  if (!start_is_inside(whole_s, options)) return false;
   const std::string refusal = prepare_output_folder(
       options.out,
       {TrajectoryWriter::kFileName, FeaturesWriter::kFileName, ReplayReport::kFileName},
@@ -159,12 +172,12 @@ bool run_replay(const ReplayOptions& options) {
   }
   problems.clear();
   const std::optional<Streams> streams = open_streams(recording, problems);
-  if (tell(problems) || !streams) return false;
+  if (print_problems(problems) || !streams) return false;
 
   const std::unique_ptr<WindowSolver> solver = make_ceres_solver();
   const EstimatorParts parts =
       build_estimator(*sensor, *rig, config->frontend, config->backend, *solver);
-  Progress progress = Progress::on_stderr(recording_length_s(recording, options));
+  Progress progress = Progress::on_stderr(played_length_s(whole_s, options));
   ReplayOutput output(progress);
   if (const std::string problem = output.open(options.out); !problem.empty()) {
     print_error(problem);
@@ -177,6 +190,7 @@ bool run_replay(const ReplayOptions& options) {
   const RunEnd end = parts.runner->run(streams->sources(), span, output);
   meters.stop();
   progress.finish();
+  tell_last_faults(*streams);
   return finish_replay({options, recording, *sensor, parts, end, meters, streams->frames->faults()},
                        output);
 }

@@ -3,7 +3,6 @@
 #include <cstdio>
 #include <ctime>
 #include <string>
-#include <variant>
 #include <vector>
 
 #include <sys/resource.h>
@@ -31,10 +30,7 @@ std::uint64_t peak_rss_bytes() {
 /// The frames that were played, for the coverage: the recording's stamps in the span.
 std::optional<FrameSpan> played_frames(const ReplayFacts& facts) {
   if (!facts.end.first_stamp_ns || !facts.end.last_stamp_ns) return std::nullopt;
-  const auto read = read_frame_stamps(facts.recording.files().frames);
-  const auto* stamps = std::get_if<std::vector<std::int64_t>>(&read);
-  if (stamps == nullptr) return std::nullopt;
-  std::optional<FrameSpan> span = frame_span(*stamps);
+  std::optional<FrameSpan> span = frame_span(facts.recording.frame_stamps_ns());
   if (!span) return std::nullopt;
   span->first_ns = *facts.end.first_stamp_ns;
   span->last_ns = *facts.end.last_stamp_ns;
@@ -117,6 +113,8 @@ ReplayReport make_report(const ReplayFacts& facts, const ReplayOutput& output) {
   if (facts.recording.has(replay::Stream::kEvents)) report.events = flow(health.events);
   report.imu = flow(health.imu);
   report.frames = flow(health.frames);
+  report.frames->in += facts.frame_faults.out_of_order;  // these never reach the pipeline
+  report.frames->dropped += facts.frame_faults.out_of_order;
   report.memory = {static_bytes(facts.sensor), peak_rss_bytes(), facts.meters.allocations()};
   report.resets = health.faults(Fault::kEstimatorReset);
   return report;

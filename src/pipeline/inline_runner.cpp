@@ -28,6 +28,7 @@ RunEnd InlineRunner::run(const RunSources& sources, const RunSpan& span,
     }
   }
   collect_event_faults();
+  health_.count(Fault::kImuBackwards, imu_leaps_);
   return end_;
 }
 
@@ -83,13 +84,10 @@ bool InlineRunner::play(const FrameView& frame, ResultSink& sink) noexcept {
   return sink.on_frame(result);
 }
 
-bool InlineRunner::read_imu(ImuSample& sample) noexcept {
+std::optional<ImuSample> InlineRunner::next_readable_imu() noexcept {
   while (!imu_ended_) {
     const Result<ImuSample> read = sources_.imu->read(Duration::from_ms(0));
-    if (read.ok()) {
-      sample = read.value();
-      return true;
-    }
+    if (read.ok()) return read.value();
     if (read.error().code == ErrorCode::kBadNumber) {
       ++health_.imu.in;
       ++health_.imu.dropped;
@@ -98,6 +96,22 @@ bool InlineRunner::read_imu(ImuSample& sample) noexcept {
     }
     imu_ended_ = true;
     if (read.error().code != ErrorCode::kEndOfStream) end_.imu_failure = read.error();
+  }
+  return std::nullopt;
+}
+
+bool InlineRunner::read_imu(ImuSample& sample) noexcept {
+  if (!imu_ahead_) imu_ahead_ = next_readable_imu();
+  while (imu_ahead_) {
+    sample = *imu_ahead_;
+    imu_ahead_ = next_readable_imu();
+    // A stamp later than that of the next sample, which itself goes on from the ones before, is
+    // wrong: believed, it would make every sample after it one that goes back.
+    const bool leaps = imu_ahead_ && imu_ahead_->t < sample.t && imu_ahead_->t > newest_imu_;
+    if (!leaps) return true;
+    ++health_.imu.in;
+    ++health_.imu.dropped;
+    ++imu_leaps_;
   }
   return false;
 }
@@ -131,6 +145,7 @@ void InlineRunner::collect_event_faults() noexcept {
   health_.set(Fault::kEventTimeBackwards, faults.time_backwards);
   health_.set(Fault::kEventMalformed, faults.malformed);
   health_.set(Fault::kEventGap, faults.gaps);
+  health_.events.in += faults.outside_sensor;
   health_.events.dropped += faults.outside_sensor;
 }
 

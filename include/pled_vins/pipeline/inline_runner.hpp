@@ -65,6 +65,7 @@ class InlineRunner {
   void feed_events(Timestamp until) noexcept;
   void collect_event_faults() noexcept;
   [[nodiscard]] bool read_imu(ImuSample& sample) noexcept;
+  [[nodiscard]] std::optional<ImuSample> next_readable_imu() noexcept;
 
   VioPipeline& pipeline_;
   Health& health_;
@@ -73,6 +74,8 @@ class InlineRunner {
   EventFeed event_feed_;
   std::optional<Timestamp> origin_;
   bool imu_ended_ = false;
+  std::optional<ImuSample> imu_ahead_;  ///< read, but not handed out yet
+  std::uint64_t imu_leaps_ = 0;         ///< samples dropped because their stamp leapt ahead
   Timestamp newest_imu_{INT64_MIN};
   Timestamp from_{INT64_MIN};
 };

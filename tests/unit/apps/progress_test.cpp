@@ -78,6 +78,30 @@ TEST_SUITE("apps.progress") {
     progress.finish();
     CHECK(paper.text() == "done: 6.0 s of recording in 2.0 s, 3.0x real time\n");
   }
+
+  TEST_CASE("a share of a job is told without speed, and not at all when the job is short") {
+    double now_s = 0.0;
+    const auto clock = [&] { return now_s; };
+    const auto work = [&](pled::apps::Progress progress, double takes_s) {
+      for (int i = 1; i <= 4; ++i) {
+        now_s += 0.25 * takes_s;
+        progress.update(0.25 * i);
+      }
+      progress.finish();
+    };
+    using pled::apps::Progress;
+    const Paper quick;
+    work({quick.file(), false, 1.0, clock, Progress::Kind::kShare}, 0.9);
+    CHECK(quick.text() == "");
+    const Paper slow;
+    work({slow.file(), false, 1.0, clock, Progress::Kind::kShare}, 8.0);
+    CHECK(slow.text() == "25 %, 6 s left\n50 %, 4 s left\n75 %, 2 s left\n100 %, 0 s left\n");
+    const Paper bar;
+    work({bar.file(), true, 1.0, clock, Progress::Kind::kShare}, 8.0);
+    CHECK(bar.text().find("] 100 %  0 s left") != std::string::npos);
+    CHECK(bar.text().find("real time") == std::string::npos);
+    CHECK(bar.text().ends_with("\r\033[K"));
+  }
 }
 
 }  // namespace

@@ -72,6 +72,18 @@ TEST_SUITE("drivers.frame_source") {
     CHECK(source->last_message().find("line 5") != std::string_view::npos);
   }
 
+  TEST_CASE("a stamp that leaps ahead costs its own line, at the beginning and at the end too") {
+    const TemporaryFolder folder;
+    write_grey_png(folder / "a.png", 5, 4);
+    auto source = open_frames(
+        folder, "900 a.png\n1 a.png\n2 a.png\n800 a.png\n3 a.png\nno line\n4 a.png\n700 a.png\n");
+    // Nothing follows the last one that could tell it from a pause.
+    CHECK(stamps(*source) == std::vector<std::int64_t>{1'000'000'000, 2'000'000'000, 3'000'000'000,
+                                                       4'000'000'000, 700'000'000'000});
+    CHECK(source->faults().out_of_order == 2);
+    CHECK(source->faults().malformed_lines == 1);
+  }
+
   TEST_CASE("each damaged frame is lost alone, with its name and reason") {
     const TemporaryFolder folder;
     write_grey_png(folder / "a.png", 5, 4);

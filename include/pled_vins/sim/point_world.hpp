@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <random>
 #include <span>
@@ -11,7 +12,7 @@
 #include "pled_vins/geometry/camera.hpp"
 #include "pled_vins/imu/preintegration.hpp"
 
-namespace pled::support {
+namespace pled::sim {
 
 enum class MotionKind : std::uint8_t {
   kStill,     ///< stands
@@ -122,4 +123,4 @@ class PointWorld {
   std::vector<FeatureId> live_;
 };
 
-}  // namespace pled::support
+}  // namespace pled::sim

@@ -1,4 +1,4 @@
-#include "tests/support/point_world.hpp"
+#include "pled_vins/sim/point_world.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -6,7 +6,7 @@
 
 #include <Eigen/Geometry>
 
-namespace pled::support {
+namespace pled::sim {
 namespace {
 
 constexpr double kTwoPi = 2.0 * std::numbers::pi;
@@ -290,4 +290,4 @@ void PointWorld::make_frame(Timestamp t) {
   frames_.push_back(frame);
 }
 
-}  // namespace pled::support
+}  // namespace pled::sim

@@ -1,0 +1,19 @@
+# The main job through the real executable. Recordings are made in the build folder.
+function(pled_add_replay_tests name)
+  cmake_parse_arguments(ARG "" "LABEL;TIMEOUT" "SOURCES" ${ARGN})
+  pled_add_tests(${name} LABEL ${ARG_LABEL} TIMEOUT ${ARG_TIMEOUT}
+    SOURCES ${ARG_SOURCES} support/recording_fixture.cpp
+    DEPS pled::sim nlohmann_json::nlohmann_json)
+  target_compile_definitions(${name} PRIVATE PLED_VINS_EXE="$<TARGET_FILE:pled-vins>"
+                                             PLED_TEST_FOLDER="${CMAKE_CURRENT_BINARY_DIR}/${name}.run")
+  add_dependencies(${name} pled-vins)
+  # GCC 12 sees an overlap in std::string's operator+ that is not there (GCC bug 105651).
+  target_compile_options(${name} PRIVATE $<$<CXX_COMPILER_ID:GNU>:-Wno-restrict>)
+endfunction()
+
+pled_add_replay_tests(test_apps_replay LABEL replay TIMEOUT 1800
+  SOURCES replay/apps/results_test.cpp replay/apps/options_test.cpp
+          replay/apps/bad_files_test.cpp replay/apps/bad_data_test.cpp
+          replay/apps/time_shift_test.cpp)
+pled_add_replay_tests(test_apps_recordings LABEL long TIMEOUT 1800
+  SOURCES replay/apps/recordings_test.cpp)
