@@ -208,9 +208,13 @@ TEST_SUITE("apps.command_line") {
     const ScratchFolder folder;
     folder.write("imu.txt", "0 0 0 9.81 0 0 0\n0.005 0 0 9.81 0 0 0\n0.01 0 0 9.81 0 0 0\n");
     folder.write("groundtruth.txt", "0 0 0 0 0 0 0 1\n0.01 0 0 0 0 0 0 1\n");
+    folder.write("imu.yaml",
+                 "accelerometer_noise_density: 0.01\naccelerometer_random_walk: 0.001\n"
+                 "gyroscope_noise_density: 0.001\ngyroscope_random_walk: 0.0001\n"
+                 "update_rate: 200\n");
     const Outcome o = run("check-imu '" + folder.path().string() + "'");
     CHECK(o.code == 1);
-    CHECK(contains(o.err, "error"));
+    CHECK(contains(o.err, "velocity"));
   }
 
   TEST_CASE("check-imu finds an error of zero, and calls it too good, without any noise") {
