@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include <Eigen/Cholesky>
+#include <Eigen/Geometry>
 
 namespace pled {
 namespace {
@@ -14,8 +14,20 @@ constexpr double kTilt_rad = 0.5;
 constexpr double kSpeed_mps = 20.0;
 constexpr int kIterations = 12;
 constexpr std::size_t kMinPoints = 12;
+constexpr std::size_t kMaxStates = limits::kWindowStates - 1;  ///< leaves room for the next frame
 constexpr double kMaxMeanSigmas = 2.5;  ///< rms residual of one axis over the accepted points
 constexpr double kBiasSigmas = 4.0;
+constexpr double kMinAgreeing = 0.6;      ///< of the points solved, with weight above one half
+constexpr double kMaxScaleChange = 0.25;  ///< from the guess to the solved window
+// A wrong motion (of a car that fills the view) drifts from frame to frame; the true one stays.
+constexpr Duration kConfirmAfter = Duration::from_ms(90);
+constexpr Duration kConfirmWithin = Duration::from_ms(400);
+constexpr double kConfirmSpeed = 0.1;  ///< relative
+constexpr double kSlowest_mps = 0.3;
+constexpr double kConfirmTilt_rad = 0.03;
+// Who waits long puts up with less: the demand on the scale falls to one half.
+constexpr double kPatience_s = 2.0;
+constexpr double kPatienceEnds_s = 3.0;
 
 }  // namespace
 
@@ -37,13 +49,24 @@ StatePrior gauge_prior(const NavState& mean, const StartBelief& belief) noexcept
   return prior;
 }
 
+void Bootstrap::clear() noexcept {
+  frames_.clear();
+  num_found_ = 0;
+}
+
+bool Bootstrap::spaced() const noexcept {
+  const Duration step{Duration::from_s(config_.init_max_span_s).us /
+                      static_cast<std::int64_t>(limits::kInitFrames)};
+  const std::size_t n = frames_.size();
+  return n < 2 || frames_[n - 1].t - frames_[n - 2].t >= step - Duration{1000};
+}
+
 void Bootstrap::collect(const FrameMeasurement& frame) noexcept {
   const Duration longest = Duration::from_s(config_.init_max_span_s);
-  const Duration step{longest.us / static_cast<std::int64_t>(limits::kInitFrames - 1)};
+  if (frames_.empty()) collecting_since_ = frame.t;
   // The newest frame is always the last; the one before gives way when it is too close
   // to its predecessor.
-  const std::size_t n = frames_.size();
-  if (n >= 2 && frames_[n - 1].t - frames_[n - 2].t < step - Duration{1000}) frames_.pop_back();
+  if (!spaced()) frames_.pop_back();
   while (!frames_.empty() && (frames_.full() || frame.t - frames_.front().t > longest))
     frames_.erase(0);
   (void)frames_.push_back(frame);
@@ -52,7 +75,7 @@ void Bootstrap::collect(const FrameMeasurement& frame) noexcept {
 bool Bootstrap::fill(const StartGuess& guess, const ImuHistory& imu, const StartBelief& belief,
                      const LandmarkBook& book, SlidingWindow& window) noexcept {
   const std::size_t last = frames_.size() - 1;
-  const std::size_t states = guess.stationary ? 2 : std::min(frames_.size(), limits::kWindowStates);
+  const std::size_t states = guess.stationary ? 2 : std::min(frames_.size(), kMaxStates);
   for (std::size_t k = 0; k < states; ++k) {
     const std::size_t i = k * last / (states - 1);
     WindowState* state = window.push_state();
@@ -89,19 +112,29 @@ bool Bootstrap::fill(const StartGuess& guess, const ImuHistory& imu, const Start
   return true;
 }
 
-double Bootstrap::scale_sigma(const SlidingWindow& window) noexcept {
-  equations_.add_all(window, rig_, settings_);
-  const Eigen::LLT<PriorMatrix> llt(equations_.H());
-  if (llt.info() != Eigen::Success) return std::nan("");
-  const std::size_t newest = window.size() - 1;
-  const Eigen::Vector3d way = window.state(newest).x.p_wb - window.state(0).x.p_wb;
-  const double distance = way.norm();
-  if (!(distance > 1e-6)) return std::nan("");
-  PriorVector direction = PriorVector::Zero(equations_.dim());
-  direction.segment<3>(static_cast<int>(newest) * kStateDim) = way / distance;
-  direction.segment<3>(0) = -way / distance;
-  const PriorVector solved = llt.solve(direction);
-  return std::sqrt(direction.dot(solved)) / distance;
+bool Bootstrap::confirmed(const StartGuess& guess) noexcept {
+  const NavState& now = guess.states.back();
+  bool agrees = false;
+  for (std::size_t i = 0; i < num_found_ && !agrees; ++i) {
+    const NavState& then = found_[i];
+    if (now.t - then.t < kConfirmAfter || now.t - then.t > kConfirmWithin) continue;
+    for (const NavState& again : guess.states) {
+      if (again.t != then.t) continue;
+      const Eigen::Quaterniond q_b_w = again.q_wb.conjugate();
+      const Eigen::Quaterniond q_b_then = then.q_wb.conjugate();
+      const Eigen::Vector3d v = q_b_w * again.v_wb;
+      const double speed_mps = std::max(kSlowest_mps, v.norm());
+      const Eigen::Vector3d up = q_b_w * Eigen::Vector3d::UnitZ();
+      agrees = (v - q_b_then * then.v_wb).norm() < kConfirmSpeed * speed_mps &&
+               (up - q_b_then * Eigen::Vector3d::UnitZ()).norm() < kConfirmTilt_rad;
+    }
+  }
+  if (num_found_ == found_.size()) {
+    std::move(found_.begin() + 1, found_.end(), found_.begin());
+    --num_found_;
+  }
+  found_[num_found_++] = now;
+  return agrees;
 }
 
 StartRefusal Bootstrap::refine(const StartBelief& belief, bool stationary, LandmarkBook& book,
@@ -131,9 +164,32 @@ StartRefusal Bootstrap::refine(const StartBelief& belief, bool stationary, Landm
   if (stationary) return StartRefusal::kNone;
   detail_ = rms_px;
   if (!(rms_px < kMaxMeanSigmas * config_.point_sigma_px)) return StartRefusal::kOutliers;
-  detail_ = scale_sigma(window);
-  if (!(detail_ < config_.init_max_scale_sigma)) return StartRefusal::kWeakScale;
-  return StartRefusal::kNone;
+  detail_ = agreeing_share(window);
+  return detail_ >= kMinAgreeing ? StartRefusal::kNone : StartRefusal::kOutliers;
+}
+
+/// How much longer the way through the window has become, relative.
+double Bootstrap::scale_change(const StartGuess& guess, const SlidingWindow& window) noexcept {
+  const double guessed_m = (guess.states.back().p_wb - guess.states.front().p_wb).norm();
+  const double solved_m = (window.newest().x.p_wb - window.state(0).x.p_wb).norm();
+  return solved_m / guessed_m - 1.0;
+}
+
+double Bootstrap::agreeing_share(const SlidingWindow& window) noexcept {
+  double solved = 0;
+  double agreeing = 0;
+  for (const Landmark& landmark : window.landmarks) {
+    if (!landmark.in_solver) continue;
+    solved += 1;
+    agreeing += landmark.weight > 0.5 ? 1 : 0;
+  }
+  return agreeing / std::max(solved, 1.0);
+}
+
+double Bootstrap::accepted_scale_sigma() const noexcept {
+  const double waited_s = (frames_.back().t - collecting_since_).seconds();
+  const double share = (waited_s - kPatience_s) / (kPatienceEnds_s - kPatience_s);
+  return config_.init_max_scale_sigma * (1.0 + std::clamp(share, 0.0, 1.0));
 }
 
 StartRefusal Bootstrap::attempt(const FrameMeasurement& frame, const ImuHistory& imu,
@@ -141,15 +197,29 @@ StartRefusal Bootstrap::attempt(const FrameMeasurement& frame, const ImuHistory&
                                 SlidingWindow& window) noexcept {
   collect(frame);
   window.clear();
-  const StartGuess guess = guess_start(frames_, imu, rig_, config_);
+  if (!spaced()) return last_refusal_;  // it will give way to the next: nothing new to learn
+  last_refusal_ = start(imu, belief, book, solver, window);
+  if (last_refusal_ != StartRefusal::kNone) window.clear();
+  return last_refusal_;
+}
+
+StartRefusal Bootstrap::start(const ImuHistory& imu, const StartBelief& belief, LandmarkBook& book,
+                              WindowSolver& solver, SlidingWindow& window) noexcept {
+  BackendConfig config = config_;
+  config.init_max_scale_sigma = accepted_scale_sigma();
+  const StartGuess guess = guess_start(frames_, imu, rig_, config, belief);
   detail_ = guess.detail;
   if (guess.refusal != StartRefusal::kNone) return guess.refusal;
-  StartRefusal refusal = StartRefusal::kNoSolution;
-  if (guess.states.size() == frames_.size() && frames_.size() >= 2 &&
-      fill(guess, imu, belief, book, window))
-    refusal = refine(belief, guess.stationary, book, solver, window);
-  if (refusal != StartRefusal::kNone) window.clear();
-  return refusal;
+  if (!guess.stationary && !confirmed(guess)) return StartRefusal::kUnconfirmed;
+  if (guess.states.size() != frames_.size() || frames_.size() < 2 ||
+      !fill(guess, imu, belief, book, window))
+    return StartRefusal::kNoSolution;
+  const StartRefusal refusal = refine(belief, guess.stationary, book, solver, window);
+  if (refusal != StartRefusal::kNone || guess.stationary) return refusal;
+  const double change = scale_change(guess, window);
+  if (std::abs(change) < kMaxScaleChange) return StartRefusal::kNone;
+  detail_ = change;
+  return StartRefusal::kWeakScale;
 }
 
 }  // namespace pled

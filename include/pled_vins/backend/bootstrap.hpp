@@ -1,19 +1,12 @@
 #pragma once
 
+#include <array>
+
 #include "pled_vins/backend/landmark_book.hpp"
-#include "pled_vins/backend/normal_equations.hpp"
 #include "pled_vins/backend/start.hpp"
 #include "pled_vins/backend/window_solver.hpp"
 
 namespace pled {
-
-/// What is known before a start: biases from an earlier life of the estimator, or zero.
-struct StartBelief {
-  Eigen::Vector3d bg = Eigen::Vector3d::Zero();
-  Eigen::Vector3d ba = Eigen::Vector3d::Zero();
-  double bg_sigma_radps = 0.05;
-  double ba_sigma_mps2 = 0.1;
-};
 
 /// Prior of a first state: position and yaw are chosen, hence nearly exact; the rest is loose.
 [[nodiscard]] StatePrior gauge_prior(const NavState& mean, const StartBelief& belief) noexcept;
@@ -25,10 +18,12 @@ class Bootstrap {
             const FactorSettings& settings) noexcept
       : config_(config), rig_(rig), noise_(noise), settings_(settings) {}
 
-  void clear() noexcept { frames_.clear(); }
+  void clear() noexcept;
 
-  /// Takes one more frame and tries to start. kNone: the window holds up to limits::kWindowStates
-  /// solved states, the newest that of `frame`. Otherwise the window is empty.
+  /// Takes one more frame and tries to start; a motion must be found twice, a tenth of a second
+  /// apart. Of frames at a higher rate than can be kept, only those that stay are tried. kNone: the
+  /// window holds fewer than limits::kWindowStates states, solved, the newest that of `frame`.
+  /// Otherwise the window is empty.
   StartRefusal attempt(const FrameMeasurement& frame, const ImuHistory& imu,
                        const StartBelief& belief, LandmarkBook& book, WindowSolver& solver,
                        SlidingWindow& window) noexcept;
@@ -42,16 +37,29 @@ class Bootstrap {
                           const LandmarkBook& book, SlidingWindow& window) noexcept;
   [[nodiscard]] StartRefusal refine(const StartBelief& belief, bool stationary, LandmarkBook& book,
                                     WindowSolver& solver, SlidingWindow& window) noexcept;
-  /// Relative sigma of the distance travelled from the first to the newest state.
-  [[nodiscard]] double scale_sigma(const SlidingWindow& window) noexcept;
+  [[nodiscard]] StartRefusal start(const ImuHistory& imu, const StartBelief& belief,
+                                   LandmarkBook& book, WindowSolver& solver,
+                                   SlidingWindow& window) noexcept;
+  /// The newest frame is far enough from the one before to be kept.
+  [[nodiscard]] bool spaced() const noexcept;
+  /// True when the guess agrees with one of a little earlier: same velocity and same vertical at
+  /// the earlier one's time. Remembers the guess.
+  [[nodiscard]] bool confirmed(const StartGuess& guess) noexcept;
+  [[nodiscard]] double accepted_scale_sigma() const noexcept;
+  [[nodiscard]] static double agreeing_share(const SlidingWindow& window) noexcept;
+  [[nodiscard]] static double scale_change(const StartGuess& guess,
+                                           const SlidingWindow& window) noexcept;
 
   const BackendConfig& config_;
   const RigCalibration& rig_;
   const ImuNoise& noise_;
   const FactorSettings& settings_;
   StartFrames frames_;
-  FrameMeasurement agreed_;  ///< one frame, reduced to the points that agree with the guess
-  NormalEquations equations_;
+  FrameMeasurement agreed_;        ///< one frame, reduced to the points that agree with the guess
+  std::array<NavState, 8> found_;  ///< newest states of earlier guesses, oldest first
+  std::size_t num_found_ = 0;
+  Timestamp collecting_since_;
+  StartRefusal last_refusal_ = StartRefusal::kTooFewFrames;
   double detail_ = 0;
 };
 

@@ -28,6 +28,7 @@ enum class StartRefusal : std::uint8_t {
   kOutliers,           ///< too few points agree on one motion
   kBias,               ///< biases come out implausibly large
   kNoSolution,         ///< the equations are degenerate
+  kUnconfirmed,        ///< a motion is found, but not yet found again from later frames
 };
 
 /// What is missing and what to do, e.g. "the points hardly move: move the camera sideways".
@@ -70,13 +71,23 @@ class StartStates {
   std::size_t size_ = 0;
 };
 
+/// What is known before a start: biases from an earlier life of the estimator, or zero.
+struct StartBelief {
+  Eigen::Vector3d bg = Eigen::Vector3d::Zero();
+  Eigen::Vector3d ba = Eigen::Vector3d::Zero();
+  double bg_sigma_radps = 0.05;
+  double ba_sigma_mps2 = 0.1;
+};
+
 /// A first guess of every state, or the reason there is none.
 struct StartGuess {
   StartRefusal refusal = StartRefusal::kTooFewFrames;
-  bool stationary = false;   ///< found to stand still: v = 0, no depths
-  double detail = 0.0;       ///< the figure that was judged, for the message
-  double scale_sigma = 0.0;  ///< relative sigma of the travelled distance; 0 when stationary
-  StartStates states;        ///< one per frame; world z up, first at the origin, yaw 0
+  bool stationary = false;    ///< found to stand still: v = 0, no depths
+  double detail = 0.0;        ///< the figure that was judged, for the message
+  double scale_sigma = 0.0;   ///< relative sigma of the travelled distance; 0 when stationary
+  double inlier_share = 0.0;  ///< of the points seen long enough, those that agree with the motion
+  double error_sigmas = 0.0;  ///< rms of their errors, in sigmas of one axis
+  StartStates states;         ///< one per frame; world z up, first at the origin, yaw 0
   FixedVector<FeatureId, limits::kMaxPoints> inliers;  ///< points that agree with the motion
 };
 
@@ -84,7 +95,13 @@ struct StartGuess {
 /// with StartRefusal::kNone. Deterministic, no allocation; its workspace of about 200 KB lies on
 /// the stack. Cost: some ten milliseconds in motion, well under one when refused early.
 [[nodiscard]] StartGuess guess_start(const StartFrames& frames, const ImuHistory& imu,
+                                     const RigCalibration& rig, const BackendConfig& config,
+                                     const StartBelief& belief) noexcept;
+/// The same with nothing known but the configured spread of the biases.
+[[nodiscard]] StartGuess guess_start(const StartFrames& frames, const ImuHistory& imu,
                                      const RigCalibration& rig,
                                      const BackendConfig& config) noexcept;
+/// Biases about zero, as widely spread as configured.
+[[nodiscard]] StartBelief no_belief(const BackendConfig& config) noexcept;
 
 }  // namespace pled

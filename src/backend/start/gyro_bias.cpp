@@ -148,14 +148,13 @@ double GyroBiasSearch::score(const Eigen::Vector3d& bg, const Directions& direct
 }
 
 Eigen::Vector3d GyroBiasSearch::find(const Tracks& tracks, const ImuPath& path,
-                                     const RigCalibration& rig,
-                                     const BackendConfig& config) noexcept {
+                                     const RigCalibration& rig, const BackendConfig& config,
+                                     double prior_sigma) noexcept {
   choose_pairs(path);
   match(tracks, path, rig);
   Eigen::Vector3d best = Eigen::Vector3d::Zero();
   if (num_usable_ < kSubset) return best;
   const double sigma = config.point_sigma_px / focal_px(rig.cameras[rig.frame_camera]);
-  const double prior_sigma = config.gyro_bias_sigma_radps;
   const double gate = kGateSigmas * sigma;
   std::mt19937_64 random(1);
   Directions best_directions{};

@@ -17,10 +17,11 @@ namespace pled::start {
 /// robustly from all. Holds for motion without translation too: then any direction will do.
 class GyroBiasSearch {
  public:
-  /// `path` must be integrated with zero bias. Returns the bias, rad/s.
+  /// Returns what is to be added to the gyro bias that `path` was integrated with, rad/s; about
+  /// `prior_sigma_radps` is expected.
   [[nodiscard]] Eigen::Vector3d find(const Tracks& tracks, const ImuPath& path,
-                                     const RigCalibration& rig,
-                                     const BackendConfig& config) noexcept;
+                                     const RigCalibration& rig, const BackendConfig& config,
+                                     double prior_sigma_radps) noexcept;
 
  private:
   static constexpr std::size_t kPairs = 6;

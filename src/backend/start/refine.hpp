@@ -63,7 +63,7 @@ struct MotionQuality {
   int inlier_cells = 0;     ///< of a 3 x 3 grid of the image
   std::size_t inliers = 0;
   double error_sigmas = 0;        ///< rms of the inliers, in sigmas of one axis
-  double scale_sigma = 0;         ///< relative, of the travelled path
+  double scale_sigma = 0;         ///< relative, of the travelled path, by the errors seen
   double gravity_error_mps2 = 0;  ///< how far |g| would move if it were free
   double gravity_sigma_mps2 = 0;  ///< and how well it would be known
 };
@@ -76,12 +76,13 @@ class MotionRefiner {
   /// converge.
   [[nodiscard]] bool refine(const StartFrames& frames, const ImuHistory& imu,
                             const RigCalibration& rig, const BackendConfig& config,
-                            const Tracks& tracks, ImuPath& path, MotionState& x) noexcept;
+                            const StartBelief& belief, const Tracks& tracks, ImuPath& path,
+                            MotionState& x) noexcept;
 
   /// After refine().
   [[nodiscard]] MotionQuality judge(const RigCalibration& rig, const BackendConfig& config,
-                                    const Tracks& tracks, const ImuPath& path,
-                                    const MotionState& x) noexcept;
+                                    const StartBelief& belief, const Tracks& tracks,
+                                    const ImuPath& path, const MotionState& x) noexcept;
   [[nodiscard]] bool inlier(std::size_t track) const noexcept { return inlier_[track]; }
 
  private:
@@ -97,6 +98,10 @@ class MotionRefiner {
   double fit_points(const Tracks& tracks, double sigma, double scale) noexcept;
   /// Error, sigmas, that two fifths of the first `num` tracks stay below.
   [[nodiscard]] double spread(std::size_t num) noexcept;
+  /// What the inliers' errors make of a sigma that was worked out for white errors of one sigma:
+  /// the part that lasts from sight to sight weighs more than the part that changes.
+  [[nodiscard]] double spread_of_inliers(const Tracks& tracks, double sigma,
+                                         double error_sigmas) const noexcept;
   /// Adds the normal equations of all tracks, points eliminated.
   void build(const Tracks& tracks, double sigma, double scale, MotionMatrix& H,
              MotionVector& b) const noexcept;

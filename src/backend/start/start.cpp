@@ -33,8 +33,8 @@ constexpr double kGravitySigmas = 3.0;
 class Search {
  public:
   Search(const StartFrames& frames, const ImuHistory& imu, const RigCalibration& rig,
-         const BackendConfig& config) noexcept
-      : frames_(frames), imu_(imu), rig_(rig), config_(config) {}
+         const BackendConfig& config, const StartBelief& belief) noexcept
+      : frames_(frames), imu_(imu), rig_(rig), config_(config), belief_(belief) {}
 
   void run(StartGuess& guess) noexcept;
 
@@ -55,6 +55,7 @@ class Search {
   const ImuHistory& imu_;
   const RigCalibration& rig_;
   const BackendConfig& config_;
+  const StartBelief& belief_;
   Tracks tracks_;
   ImuPath path_;
   GyroBiasSearch gyro_bias_;
@@ -93,8 +94,7 @@ bool Search::enough_data(StartGuess& guess) noexcept {
   const double span_s = (frames_.back().t - frames_.front().t).seconds();
   if (!(span_s >= config_.init_min_span_s - 1e-6))
     return refuse(guess, StartRefusal::kTooShort, span_s);
-  const StartRefusal imu =
-      path_.integrate(frames_, imu_, Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero());
+  const StartRefusal imu = path_.integrate(frames_, imu_, belief_.bg, belief_.ba);
   if (imu != StartRefusal::kNone) return refuse(guess, imu, span_s);
   tracks_.build(frames_, kMinSights);
   if (tracks_.size() < kMinTracks)
@@ -108,17 +108,17 @@ bool Search::start_still(StartGuess& guess) noexcept {
   const Eigen::Vector3d mean_accel = path_.mean_accel();
   const Stillness s = judge_stillness(tracks_, frames_, imu_, rig_, config_, path_);
   if (!s.image_still || !s.imu_still) {
-    const StartRefusal imu =
-        path_.integrate(frames_, imu_, Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero());
+    const StartRefusal imu = path_.integrate(frames_, imu_, belief_.bg, belief_.ba);
     if (imu != StartRefusal::kNone) return refuse(guess, imu, 0);
     return refuse(guess, StartRefusal::kTooLittleParallax, s.image_motion_px);
   }
   // The part of the bias along gravity shows at once as a wrong magnitude. The parts across cannot
-  // be told from a tilt: they stay at their most likely value, zero.
-  const double excess = mean_accel.norm() - config_.gravity_mps2;
+  // be told from a tilt: they stay as believed.
+  const Eigen::Vector3d force = mean_accel - belief_.ba;
+  const double excess = force.norm() - config_.gravity_mps2;
   if (!(std::abs(excess) < kGravityExcessSigmas * std::max(0.1, config_.accel_bias_sigma_mps2)))
     return refuse(guess, StartRefusal::kGravity, mean_accel.norm());
-  const Eigen::Vector3d up_b = mean_accel.normalized();
+  const Eigen::Vector3d up_b = force.normalized();
   const Eigen::Quaterniond q_wb = upright(-up_b);
   guess.states.clear();
   for (const FrameMeasurement& frame : frames_) {
@@ -126,7 +126,7 @@ bool Search::start_still(StartGuess& guess) noexcept {
     state.t = frame.t;
     state.q_wb = q_wb;
     state.bg = mean_gyro;
-    state.ba = excess * up_b;
+    state.ba = belief_.ba + excess * up_b;
     if (!guess.states.push_back(state)) break;
   }
   for (std::size_t i = 0; i < tracks_.size(); ++i)
@@ -143,10 +143,12 @@ bool Search::accept(const MotionQuality& q, const MotionState& x,
     return refuse(guess, StartRefusal::kOutliers, q.inlier_share);
   if (q.inlier_cells < kMinInlierCells)
     return refuse(guess, StartRefusal::kOutliers, q.inlier_share);
-  if (!(x.bg.norm() < kGyroBiasSigmas * config_.gyro_bias_sigma_radps))
-    return refuse(guess, StartRefusal::kBias, x.bg.norm());
-  if (!(x.ba.norm() < kAccelBiasSigmas * config_.accel_bias_sigma_mps2))
-    return refuse(guess, StartRefusal::kBias, x.ba.norm());
+  const double bg_change = (x.bg - belief_.bg).norm();
+  if (!(bg_change < kGyroBiasSigmas * belief_.bg_sigma_radps))
+    return refuse(guess, StartRefusal::kBias, bg_change);
+  const double ba_change = (x.ba - belief_.ba).norm();
+  if (!(ba_change < kAccelBiasSigmas * belief_.ba_sigma_mps2))
+    return refuse(guess, StartRefusal::kBias, ba_change);
   if (!(q.scale_sigma <= config_.init_max_scale_sigma))
     return refuse(guess, StartRefusal::kWeakScale, q.scale_sigma);
   if (!(std::abs(q.gravity_error_mps2) <
@@ -157,7 +159,8 @@ bool Search::accept(const MotionQuality& q, const MotionState& x,
 
 bool Search::start_moving(StartGuess& guess) noexcept {
   MotionState x;
-  x.bg = gyro_bias_.find(tracks_, path_, rig_, config_);
+  x.ba = belief_.ba;
+  x.bg = belief_.bg + gyro_bias_.find(tracks_, path_, rig_, config_, belief_.bg_sigma_radps);
   if (path_.integrate(frames_, imu_, x.bg, x.ba) != StartRefusal::kNone)
     return refuse(guess, StartRefusal::kNoImu, 0);
   const double parallax_px = median_motion_px(tracks_, path_, rig_, true);
@@ -167,14 +170,16 @@ bool Search::start_moving(StartGuess& guess) noexcept {
   if (!linear) return refuse(guess, StartRefusal::kNoSolution, 0);
   x.v_0 = linear->head<3>();
   x.g_0 = linear->tail<3>();
-  if (!refiner_.refine(frames_, imu_, rig_, config_, tracks_, path_, x))
+  if (!refiner_.refine(frames_, imu_, rig_, config_, belief_, tracks_, path_, x))
     return refuse(guess, StartRefusal::kWeakScale, 1.0);  // a valley without a floor
-  const MotionQuality quality = refiner_.judge(rig_, config_, tracks_, path_, x);
+  const MotionQuality quality = refiner_.judge(rig_, config_, belief_, tracks_, path_, x);
   if (!accept(quality, x, guess)) return false;
   write_states(x, guess);
   for (std::size_t i = 0; i < tracks_.size(); ++i)
     if (refiner_.inlier(i) && !guess.inliers.push_back(tracks_.id(i))) break;
   guess.scale_sigma = quality.scale_sigma;
+  guess.inlier_share = quality.inlier_share;
+  guess.error_sigmas = quality.error_sigmas;
   guess.detail = quality.scale_sigma;
   guess.refusal = StartRefusal::kNone;
   return true;
@@ -214,18 +219,32 @@ std::string_view to_string(StartRefusal refusal) noexcept {
     case StartRefusal::kBias:
       return "the IMU's biases come out implausibly large: check its axes, units and place on the "
              "camera";
+    case StartRefusal::kUnconfirmed:
+      return "a motion is found and being checked with further frames: keep moving";
     case StartRefusal::kNoSolution:
       return "the motion cannot be solved for: move in more than one direction";
   }
   return "unknown";
 }
 
+StartBelief no_belief(const BackendConfig& config) noexcept {
+  StartBelief belief;
+  belief.bg_sigma_radps = config.gyro_bias_sigma_radps;
+  belief.ba_sigma_mps2 = config.accel_bias_sigma_mps2;
+  return belief;
+}
+
 StartGuess guess_start(const StartFrames& frames, const ImuHistory& imu, const RigCalibration& rig,
-                       const BackendConfig& config) noexcept {
+                       const BackendConfig& config, const StartBelief& belief) noexcept {
   StartGuess guess;
-  start::Search search(frames, imu, rig, config);
+  start::Search search(frames, imu, rig, config, belief);
   search.run(guess);
   return guess;
+}
+
+StartGuess guess_start(const StartFrames& frames, const ImuHistory& imu, const RigCalibration& rig,
+                       const BackendConfig& config) noexcept {
+  return guess_start(frames, imu, rig, config, no_belief(config));
 }
 
 }  // namespace pled

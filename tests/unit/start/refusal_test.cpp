@@ -31,16 +31,16 @@ StartGuess guess(const PointWorld& world, const StartFrames& frames) {
 TEST_SUITE("start.refusal") {
   TEST_CASE("every refusal has its own sentence") {
     std::set<std::string> sentences;
-    for (int k = 0; k <= static_cast<int>(StartRefusal::kNoSolution); ++k)
+    for (int k = 0; k <= static_cast<int>(StartRefusal::kUnconfirmed); ++k)
       sentences.insert(std::string(to_string(static_cast<StartRefusal>(k))));
-    CHECK(sentences.size() == static_cast<std::size_t>(StartRefusal::kNoSolution) + 1);
+    CHECK(sentences.size() == static_cast<std::size_t>(StartRefusal::kUnconfirmed) + 1);
     CHECK(sentences.count("unknown") == 0);
   }
 
   TEST_CASE("no frames, few frames and a short span are told apart") {
     const PointWorld world(drone(1));
     const ImuHistory imu;
-    CHECK(guess_start({}, imu, world.rig(), {}).refusal == StartRefusal::kTooFewFrames);
+    CHECK(guess_start({}, imu, world.rig(), start_config()).refusal == StartRefusal::kTooFewFrames);
     CHECK(guess(world, start_frames(world, 0, 0.1)).refusal == StartRefusal::kTooFewFrames);
     CHECK(guess(world, start_frames(world, 0, 0.3)).refusal == StartRefusal::kTooShort);
   }
@@ -49,7 +49,7 @@ TEST_SUITE("start.refusal") {
     const PointWorld world(drone(1));
     const auto imu = std::make_unique<ImuHistory>();
     const StartFrames frames = start_frames(world, 0, 1.0);
-    CHECK(guess_start(frames, *imu, world.rig(), {}).refusal == StartRefusal::kNoImu);
+    CHECK(guess_start(frames, *imu, world.rig(), start_config()).refusal == StartRefusal::kNoImu);
   }
 
   TEST_CASE("a hole in the inertial data is refused for that reason") {
@@ -59,7 +59,7 @@ TEST_SUITE("start.refusal") {
     const Timestamp hole = frames.front().t + Duration::from_ms(400);
     for (const ImuSample& s : world.imu())
       if (s.t < hole || s.t > hole + Duration::from_ms(100)) imu->add(s);
-    CHECK(guess_start(frames, *imu, world.rig(), {}).refusal == StartRefusal::kImuGap);
+    CHECK(guess_start(frames, *imu, world.rig(), start_config()).refusal == StartRefusal::kImuGap);
   }
 
   TEST_CASE("too few points are refused for that reason") {

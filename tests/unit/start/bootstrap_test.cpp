@@ -1,0 +1,128 @@
+#include "pled_vins/backend/bootstrap.hpp"
+
+#include <cmath>
+#include <memory>
+
+#include <doctest/doctest.h>
+
+#include "pled_vins/backend/backend.hpp"
+#include "pled_vins/backend/ceres_solver.hpp"
+#include "tests/support/start_world.hpp"
+
+using namespace pled;
+using namespace pled::support;
+
+namespace {
+
+PointWorldOptions drone(double duration_s, double frame_rate_hz = 20.0) {
+  PointWorldOptions options;
+  options.seed = 5;
+  options.duration_s = duration_s;
+  options.frame_rate_hz = frame_rate_hz;
+  return options;
+}
+
+struct Attempts {
+  int refused_unconfirmed = 0;
+  std::optional<Timestamp> first_found;
+  std::optional<Timestamp> started;
+  double speed_error_mps = 0;
+};
+
+Attempts attempt_all(const PointWorld& world, const StartBelief& belief) {
+  const BackendConfig config = start_config();
+  const RigCalibration rig = world.rig();
+  const FactorSettings settings = make_factor_settings(config, rig);
+  LandmarkBook book(rig, settings, static_cast<std::size_t>(config.min_observations));
+  const auto bootstrap = std::make_unique<Bootstrap>(config, rig, rig.imu, settings);
+  const auto window = std::make_unique<SlidingWindow>();
+  const Pose& T = rig.cameras[0].T_body_cam;
+  window->rig_state = {T, T, T, 0.0, 0.0};
+  const auto solver = make_ceres_solver();
+  Attempts out;
+  for (const FrameMeasurement& frame : world.frames()) {
+    const auto imu = std::make_unique<ImuHistory>();
+    fill_history(world, frame.t, *imu);
+    const StartRefusal refusal = bootstrap->attempt(frame, *imu, belief, book, *solver, *window);
+    CHECK((refusal == StartRefusal::kNone) == (window->size() > 0));
+    CHECK(!window->full());  // the next frame must find room
+    out.refused_unconfirmed += refusal == StartRefusal::kUnconfirmed ? 1 : 0;
+    const bool found = refusal == StartRefusal::kUnconfirmed || refusal == StartRefusal::kNone;
+    if (found && !out.first_found) out.first_found = frame.t;
+    if (refusal != StartRefusal::kNone) continue;
+    out.started = frame.t;
+    out.speed_error_mps =
+        std::abs(window->newest().x.v_wb.norm() - world.truth(frame.t).v_wb.norm());
+    break;
+  }
+  return out;
+}
+
+}  // namespace
+
+TEST_SUITE("start.bootstrap") {
+  TEST_CASE("a motion is accepted only when it is found again a tenth of a second later") {
+    const PointWorld world(drone(3));
+    const Attempts out = attempt_all(world, no_belief(start_config()));
+    REQUIRE(out.started.has_value());
+    CHECK(out.refused_unconfirmed >= 1);
+    CHECK((*out.started - *out.first_found).seconds() >= 0.09);
+    CHECK((*out.started - world.frames().front().t).seconds() <= 1.5);
+    CHECK(out.speed_error_mps < 0.1);
+  }
+
+  TEST_CASE("frames at a higher rate than can be kept start as well") {
+    const PointWorld world(drone(3, 60));
+    const Attempts out = attempt_all(world, no_belief(start_config()));
+    REQUIRE(out.started.has_value());
+    CHECK((*out.started - world.frames().front().t).seconds() <= 1.5);
+    CHECK(out.speed_error_mps < 0.1);
+  }
+
+  TEST_CASE("a believed gyro bias far beyond the configured spread is found again") {
+    PointWorldOptions options = drone(3);
+    options.gyro_bias_radps = {0.3, -0.2, 0.25};
+    const PointWorld world(options);
+    CHECK(!attempt_all(world, no_belief(start_config())).started.has_value());
+    StartBelief belief = no_belief(start_config());
+    belief.bg = options.gyro_bias_radps;
+    CHECK(attempt_all(world, belief).started.has_value());
+  }
+
+  TEST_CASE("after a divergence the output goes on from the same place and heading") {
+    const PointWorld world(drone(9));
+    const auto solver = make_ceres_solver();
+    const auto backend = std::make_unique<Backend>(BackendConfig{}, world.rig(), *solver);
+    const auto imu = std::make_unique<ImuHistory>();
+    const auto out = std::make_unique<BackendOutput>();
+    std::size_t fed = 0;
+    Pose before;  // estimated world in the true one
+    Pose after;
+    bool again = false;
+    const auto offset = [&] {
+      const auto& p = out->pose.p_world_body_m;
+      const auto& q = out->pose.q_world_body_xyzw;
+      const Pose T{Eigen::Quaterniond(q[3], q[0], q[1], q[2]), Eigen::Vector3d(p[0], p[1], p[2])};
+      return world.truth(out->pose.t).T_world_body() * T.inverse();
+    };
+    for (FrameMeasurement frame : world.frames()) {
+      while (fed < world.imu().size() && world.imu()[fed].t <= frame.t + Duration::from_ms(20))
+        imu->add(world.imu()[fed++]);
+      const double t_s = (frame.t - world.frames().front().t).seconds();
+      if (t_s > 4.0 && backend->tracking() && backend->faults().divergences == 0)
+        frame.points.clear();  // in the dark until it gives up
+      backend->process(frame, *imu, *out);
+      if (t_s <= 4.0 && backend->tracking()) before = offset();
+      if (backend->faults().divergences > 0 && backend->tracking() && !again) {
+        again = true;
+        after = offset();
+      }
+    }
+    REQUIRE(again);
+    CHECK(backend->faults().divergences == 1);
+    CHECK(backend->faults().imu_gaps == 0);
+    CHECK(out->pose.reset_counter == 1);
+    CHECK((before.p - after.p).norm() < 0.5);
+    CHECK(before.q.angularDistance(after.q) < 0.05);
+  }
+}
