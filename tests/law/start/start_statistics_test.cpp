@@ -120,12 +120,13 @@ TEST_SUITE("start.statistics") {
   }
 
   TEST_CASE("an object over two fifths of the view may prevent a start but hardly ever bends one") {
-    // Half would be beyond telling: what moves steadily is as good a reference as what stands.
+    // Half would be beyond telling: what moves steadily is as good a reference as what stands. One
+    // guess in twenty may be wrong here; that is why a motion must be found twice (Bootstrap).
     for (const double span_s : {0.6, 1.0}) {
       const Outcome o =
           report({"drone, 40 % move", MotionKind::kDrone, 1.5, 0.3, 0.01, 0.4, span_s}, 24);
       CHECK(o.started > 0);
-      CHECK(o.wrong_scale <= 0.02 * o.tries);
+      CHECK(o.wrong_scale <= 0.05 * o.tries);
     }
   }
 
