@@ -115,7 +115,8 @@ EstimatorParts build_estimator(const limits::SensorClass& sensor, const RigCalib
   common.tracker.emplace(frontend, Camera(rig.cameras[rig.frame_camera]), storage->view(),
                          rig.frame_camera);
   common.backend.emplace(backend, rig, solver);
-  common.pipeline.emplace(rig, common.imu, *common.tracker, *common.backend, common.health);
+  common.pipeline.emplace(rig, common.imu, *common.tracker, *common.backend, common.health,
+                          backend.find_time_shift);
   common.runner.emplace(*common.pipeline, common.health);
   return {&common.imu,      &common.health,    &*common.tracker,
           &*common.backend, &*common.pipeline, &*common.runner};

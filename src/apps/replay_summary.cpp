@@ -1,5 +1,6 @@
 #include "src/apps/replay_summary.hpp"
 
+#include <array>
 #include <cstdio>
 #include <ctime>
 #include <string>
@@ -132,6 +133,17 @@ bool tell_failures(const RunEnd& end) {
          tell(end.frame_failure, "frames");
 }
 
+void tell_time_shift(const ReplayFacts& facts) {
+  if (facts.parts.health->faults(Fault::kTimeShiftCorrected) == 0) return;
+  std::array<char, 200> text{};
+  std::snprintf(
+      text.data(), text.size(),
+      "the clocks of camera and IMU do not agree: continued with a time shift of %+.4f s; "
+      "write 'timeshift_cam_imu: %.4f' into camchain.yaml to start sooner",
+      facts.parts.pipeline->frame_shift().seconds(), facts.parts.pipeline->frame_shift().seconds());
+  print_note(text.data());
+}
+
 void print_summary(const ReplayReport& report, const ReplayOutput& output,
                    const ReplayFacts& facts) {
   std::printf("%-15s %s\n", "trajectory",
@@ -177,6 +189,7 @@ bool finish_replay(const ReplayFacts& facts, ReplayOutput& output) {
   const std::string report_problem = write_report(report, facts.options.out);
   if (!report_problem.empty()) print_error(report_problem);
   print_summary(report, output, facts);
+  tell_time_shift(facts);
   const bool read_all = tell_failures(facts.end);
   if (output.trajectory().empty() && !output.last_refusal().empty())
     print_note("the estimator never started: " + std::string(output.last_refusal()));

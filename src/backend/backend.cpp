@@ -67,6 +67,12 @@ void Backend::start_from(const NavState& mean, const Vector15d& sigma) noexcept 
   given_start_ = prior;
 }
 
+void Backend::forget_frames() noexcept {
+  if (tracking_ || handover_) return;
+  bootstrap_.clear();
+  last_frame_t_ = Timestamp{};
+}
+
 void Backend::process(const FrameMeasurement& frame, const ImuHistory& imu,
                       BackendOutput& out) noexcept {
   out = BackendOutput{};

@@ -29,6 +29,7 @@ std::string_view to_string(Fault fault) noexcept {
     case Fault::kFrameWrongSize: return "frame_wrong_size";
     case Fault::kFrameWithoutImu: return "frame_without_imu";
     case Fault::kEstimatorReset: return "estimator_reset";
+    case Fault::kTimeShiftCorrected: return "time_shift_corrected";
     case Fault::kCount: break;
   }
   return "unknown";

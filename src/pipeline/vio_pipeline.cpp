@@ -6,14 +6,23 @@
 
 namespace pled {
 
+namespace {
+
+// A sound rig starts within this; then the clocks are doubted, and again every half second.
+constexpr Duration kTrustClocks = Duration::from_ms(2500);
+constexpr Duration kSearchAgain = Duration::from_ms(500);
+
+}  // namespace
+
 VioPipeline::VioPipeline(const RigCalibration& rig, ImuHistory& imu, FrameTracker& tracker,
-                         Backend& backend, Health& health) noexcept
+                         Backend& backend, Health& health, bool find_time_shift) noexcept
     : rig_(rig),
       imu_(imu),
       tracker_(tracker),
       backend_(backend),
       health_(health),
-      frame_shift_(Duration::from_s(rig.cameras[rig.frame_camera].time_shift_s)) {}
+      frame_shift_(Duration::from_s(rig.cameras[rig.frame_camera].time_shift_s)),
+      find_time_shift_(find_time_shift) {}
 
 void VioPipeline::on_imu(const ImuSample& sample) noexcept {
   ++health_.imu.in;
@@ -69,10 +78,29 @@ bool VioPipeline::on_frame(const FrameView& frame, FrameResult& result) noexcept
     backend_.process(measurement_, imu_, output_);
   }
   health_.set(Fault::kEstimatorReset, output_.pose.reset_counter);
-  has_last_frame_ = true;
-  last_frame_ = t;
   result = {&measurement_, &output_, carried_back(output_.pose)};
+  const Timestamp before = last_frame_;
+  last_frame_ = t;
+  if (has_last_frame_) look_for_time_shift(before, t);
+  has_last_frame_ = true;
   return true;
+}
+
+void VioPipeline::look_for_time_shift(Timestamp from, Timestamp to) noexcept {
+  if (output_.has_pose) find_time_shift_ = false;  // what starts has sound clocks
+  if (!find_time_shift_) return;
+  time_shift_search_.observe(from, to, measurement_);
+  if (!next_search_) next_search_ = to + kTrustClocks;
+  if (to < *next_search_) return;
+  next_search_ = to + kSearchAgain;
+  const std::optional<Duration> shift = time_shift_search_.find(imu_);
+  if (!shift) return;
+  health_.count(Fault::kTimeShiftCorrected);
+  frame_shift_ = frame_shift_ + *shift;
+  last_frame_ = last_frame_ + *shift;
+  backend_.forget_frames();
+  time_shift_search_.reset();
+  next_search_ = last_frame_ + kTrustClocks;
 }
 
 PoseEstimate VioPipeline::carried_back(const PoseEstimate& pose) const noexcept {

@@ -58,6 +58,9 @@ class Backend {
   /// deviations `sigma` of its tangent. mean.t must be the time of that frame.
   void start_from(const NavState& mean, const Vector15d& sigma) noexcept;
 
+  /// Before the first start: forgets the frames collected for it, because their times were wrong.
+  void forget_frames() noexcept;
+
   /// Covariance of the newest pose (p, theta), from the normal equations at the estimate;
   /// nullopt when not tracking or singular. Not for the data path: some milliseconds.
   [[nodiscard]] std::optional<Matrix6d> newest_pose_covariance() noexcept;

@@ -16,6 +16,7 @@ struct BackendConfig {
   int min_observations = 3;             ///< of a point before it takes part, 2 ... 11
   double imu_noise_scale = 1.0;         ///< multiplies the calibrated densities, 0.1 ... 1000
   bool estimate_time_shift = false;     ///< refine the camera-IMU time offset online
+  bool find_time_shift = true;          ///< find a gross offset when no start succeeds
   bool estimate_extrinsic = false;      ///< refine T_body_cam online
   double time_shift_sigma_s = 0.005;    ///< prior when refined, 1e-5 ... 0.1
   double extrinsic_sigma_m = 0.01;      ///< prior when refined, 1e-4 ... 1

@@ -25,6 +25,7 @@ enum class Fault : std::uint8_t {
   kFrameWrongSize,
   kFrameWithoutImu,
   kEstimatorReset,
+  kTimeShiftCorrected,  ///< the clocks of camera and IMU were found to be apart
   kCount,
 };
 

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <span>
 
 #include "pled_vins/backend/backend.hpp"
@@ -10,6 +11,7 @@
 #include "pled_vins/imu/imu_history.hpp"
 #include "pled_vins/pipeline/health.hpp"
 #include "pled_vins/pipeline/still_gyro_bias.hpp"
+#include "pled_vins/pipeline/time_shift_search.hpp"
 
 namespace pled {
 
@@ -26,9 +28,10 @@ struct FrameResult {
 /// out. A plain object without threads; the caller brings data in time order.
 class VioPipeline {
  public:
-  /// Nothing is owned; all outlive the pipeline.
+  /// Nothing is owned; all outlive the pipeline. `find_time_shift`: look for a gross offset of the
+  /// clocks as long as no start succeeds.
   VioPipeline(const RigCalibration& rig, ImuHistory& imu, FrameTracker& tracker, Backend& backend,
-              Health& health) noexcept;
+              Health& health, bool find_time_shift = true) noexcept;
 
   /// One inertial sample, as it arrived. Bad ones are dropped and counted.
   void on_imu(const ImuSample& sample) noexcept;
@@ -41,9 +44,14 @@ class VioPipeline {
   /// Mid-exposure of `frame` on the estimator clock.
   [[nodiscard]] Timestamp frame_time(const FrameView& frame) const noexcept;
 
+  /// What is added to the frames' stamps: the calibrated timeshift_cam_imu and what was found on
+  /// top of it (counted as Fault::kTimeShiftCorrected).
+  [[nodiscard]] Duration frame_shift() const noexcept { return frame_shift_; }
+
  private:
   [[nodiscard]] bool covered_by_imu(Timestamp t) const noexcept;
   void track(const FrameView& frame, Timestamp t) noexcept;
+  void look_for_time_shift(Timestamp from, Timestamp to) noexcept;
   [[nodiscard]] PoseEstimate carried_back(const PoseEstimate& pose) const noexcept;
 
   const RigCalibration& rig_;
@@ -53,6 +61,9 @@ class VioPipeline {
   Health& health_;
   Duration frame_shift_;
   StillGyroBias still_bias_;
+  TimeShiftSearch time_shift_search_;
+  bool find_time_shift_;  ///< until the first pose
+  std::optional<Timestamp> next_search_;
   FrameMeasurement measurement_;
   BackendOutput output_;
   bool has_last_frame_ = false;
