@@ -26,7 +26,7 @@ double robust_gain(double robust_scale) noexcept {
 void set_point_noise(FactorSettings& settings, const RigCalibration& rig,
                      double sigma_px) noexcept {
   for (std::size_t c = 0; c < limits::kMaxCameras; ++c)
-    settings.sigmas_per_unit[c] = Camera(rig.cameras[c]).focal_px() / sigma_px;
+    settings.sigmas_per_unit[c] = mean_focal_px(rig.cameras[c]) / sigma_px;
 }
 
 FactorSettings make_factor_settings(const BackendConfig& config,

@@ -176,7 +176,7 @@ double LandmarkBook::judge(SlidingWindow& window) const noexcept {
       l.weight = l.weight > kMinWeight ? 0.0 : l.weight;
       continue;
     }
-    const double px = Camera(rig_.cameras[rig_.frame_camera]).focal_px() /
+    const double px = mean_focal_px(rig_.cameras[rig_.frame_camera]) /
                       settings_.sigmas_per_unit[rig_.frame_camera];
     squared_px += squared * px * px;
     count += 2 * l.observations.size() - 3;  // three figures are the point's own

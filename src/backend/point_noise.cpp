@@ -28,7 +28,7 @@ void PointNoise::observe(const SlidingWindow& window, const RigCalibration& rig,
       Eigen::Vector2d r;
       if (!evaluate_point(window, rig, settings, landmark, seen, r, nullptr)) continue;
       const double sigma_px =
-          Camera(rig.cameras[seen.camera]).focal_px() / settings.sigmas_per_unit[seen.camera];
+          mean_focal_px(rig.cameras[seen.camera]) / settings.sigmas_per_unit[seen.camera];
       squared_px2 += r.squaredNorm() * sigma_px * sigma_px;
     }
     // Chi-square with k degrees of freedom has its median at k (1 - 2 / 9k)^3 (Wilson-Hilferty).

@@ -28,7 +28,7 @@ double spread(std::span<const ImuSample> imu, const Field& field) {
 }  // namespace
 
 StillDetector::StillDetector(const RigCalibration& rig) noexcept
-    : focal_px_(Camera(rig.cameras[rig.frame_camera]).focal_px()),
+    : focal_px_(mean_focal_px(rig.cameras[rig.frame_camera])),
       gyro_std_radps_(3.0 * rig.imu.gyro_density * std::sqrt(rig.imu.rate_hz) + kGyroMargin_radps),
       accel_std_mps2_(3.0 * rig.imu.accel_density * std::sqrt(rig.imu.rate_hz) +
                       kAccelMargin_mps2) {}

@@ -47,6 +47,11 @@ struct RigCalibration {
   ImuNoise imu;
 };
 
+/// Mean of the two focal lengths: what turns angles near the axis into pixels.
+[[nodiscard]] inline double mean_focal_px(const CameraCalibration& camera) noexcept {
+  return 0.5 * (camera.fx_px + camera.fy_px);
+}
+
 /// A projection model: between pixels as the sensor sees them and bearings.
 /// Cheap to copy; no allocation.
 class Camera {
@@ -73,7 +78,7 @@ class Camera {
   /// pixel farther out. At most tan(89.9 deg).
   [[nodiscard]] double turning_radius() const noexcept { return turning_radius_; }
   /// Mean focal length, pixels.
-  [[nodiscard]] double focal_px() const noexcept { return 0.5 * (c_.fx_px + c_.fy_px); }
+  [[nodiscard]] double focal_px() const noexcept { return mean_focal_px(c_); }
   /// True when `raw_px` is at least `border_px` inside the image.
   [[nodiscard]] bool inside(const Eigen::Vector2d& raw_px, double border_px = 0.0) const noexcept {
     return raw_px.x() >= border_px && raw_px.y() >= border_px &&

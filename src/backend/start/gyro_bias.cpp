@@ -19,8 +19,6 @@ constexpr int kPolishSteps = 5;
 constexpr std::size_t kMinPairsSeen = 3;
 constexpr double kGateSigmas = 4.0;
 
-double focal_px(const CameraCalibration& camera) { return 0.5 * (camera.fx_px + camera.fy_px); }
-
 }  // namespace
 
 void GyroBiasSearch::choose_pairs(const ImuPath& path) noexcept {
@@ -154,7 +152,7 @@ Eigen::Vector3d GyroBiasSearch::find(const Tracks& tracks, const ImuPath& path,
   match(tracks, path, rig);
   Eigen::Vector3d best = Eigen::Vector3d::Zero();
   if (num_usable_ < kSubset) return best;
-  const double sigma = config.point_sigma_px / focal_px(rig.cameras[rig.frame_camera]);
+  const double sigma = config.point_sigma_px / mean_focal_px(rig.cameras[rig.frame_camera]);
   const double gate = kGateSigmas * sigma;
   std::mt19937_64 random(1);
   Directions best_directions{};
@@ -201,7 +199,7 @@ double median_motion_px(const Tracks& tracks, const ImuPath& path, const RigCali
     }
     if (!(there.z() > 0.1)) continue;
     const Eigen::Vector2d d = there.head<2>() / there.z() - b.ray().head<2>();
-    motion[n++] = d.norm() * focal_px(camera);
+    motion[n++] = d.norm() * mean_focal_px(camera);
   }
   if (n == 0) return 0;
   const auto middle = motion.begin() + static_cast<std::ptrdiff_t>(n / 2);
