@@ -192,8 +192,8 @@ bool ImuCost::Evaluate(double const* const* parameters, double* residuals,
                        double** jacobians) const {
   const NavState i = read_state(parameters[0], parameters[1]);
   const NavState j = read_state(parameters[2], parameters[3]);
-  const WindowState& from = problem_->window.state(to_ - 1);
-  const WindowState& to = problem_->window.state(to_);
+  const WindowState& from = problem_->window.state(state_ - 1);
+  const WindowState& to = problem_->window.state(state_);
   Vector15d r;
   Matrix15d J_i, J_j;
   evaluate_imu(to.preintegration, i, j, jacobian_point(from, i, problem_->settings),

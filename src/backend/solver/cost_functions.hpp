@@ -77,45 +77,46 @@ class DepthCost final : public ceres::SizedCostFunction<2, 3> {
   double weight_ = 0;
 };
 
-/// Blocks: pose i, motion i, pose j, motion j.
-class ImuCost final : public ceres::SizedCostFunction<15, 7, 9, 7, 9> {
+/// A cost that looks up what it needs of one state, or of none, in the window.
+template <int kRows, int... kBlocks>
+class StateCost : public ceres::SizedCostFunction<kRows, kBlocks...> {
  public:
-  void set(const WindowProblem& problem, std::size_t to) {
-    problem_ = &problem;
-    to_ = to;
-  }
-  bool Evaluate(double const* const* parameters, double* residuals,
-                double** jacobians) const override;
-
- private:
-  const WindowProblem* problem_ = nullptr;
-  std::size_t to_ = 0;
-};
-
-/// Blocks: pose, motion.
-class StatePriorCost final : public ceres::SizedCostFunction<15, 7, 9> {
- public:
-  void set(const WindowProblem& problem, std::size_t state) {
+  void set(const WindowProblem& problem, std::size_t state = 0) {
     problem_ = &problem;
     state_ = state;
   }
-  bool Evaluate(double const* const* parameters, double* residuals,
-                double** jacobians) const override;
 
- private:
+ protected:
   const WindowProblem* problem_ = nullptr;
   std::size_t state_ = 0;
 };
 
-/// v = 0. Block: motion.
-class StillCost final : public ceres::SizedCostFunction<3, 9> {
+/// The interval before a state. Blocks: pose i, motion i, pose j, motion j (the state).
+class ImuCost final : public StateCost<15, 7, 9, 7, 9> {
  public:
-  void set(const WindowProblem& problem) { problem_ = &problem; }
   bool Evaluate(double const* const* parameters, double* residuals,
                 double** jacobians) const override;
+};
 
- private:
-  const WindowProblem* problem_ = nullptr;
+/// Blocks: pose, motion.
+class StatePriorCost final : public StateCost<15, 7, 9> {
+ public:
+  bool Evaluate(double const* const* parameters, double* residuals,
+                double** jacobians) const override;
+};
+
+/// v = 0. Block: motion.
+class StillCost final : public StateCost<3, 9> {
+ public:
+  bool Evaluate(double const* const* parameters, double* residuals,
+                double** jacobians) const override;
+};
+
+/// Block: extrinsic.
+class ExtrinsicCost final : public StateCost<6, 7> {
+ public:
+  bool Evaluate(double const* const* parameters, double* residuals,
+                double** jacobians) const override;
 };
 
 /// Blocks: pose i, pose j.
@@ -133,17 +134,6 @@ class SamePlaceCost final : public ceres::SizedCostFunction<6, 7, 7> {
   const WindowProblem* problem_ = nullptr;
   std::size_t from_ = 0;
   std::size_t to_ = 0;
-};
-
-/// Block: extrinsic.
-class ExtrinsicCost final : public ceres::SizedCostFunction<6, 7> {
- public:
-  void set(const WindowProblem& problem) { problem_ = &problem; }
-  bool Evaluate(double const* const* parameters, double* residuals,
-                double** jacobians) const override;
-
- private:
-  const WindowProblem* problem_ = nullptr;
 };
 
 /// A belief about one number.

@@ -40,6 +40,16 @@ struct FreeWindow {
   FactorSettings settings;
 };
 
+/// The same with its first state held.
+struct GaugedWindow : FreeWindow {
+  GaugedWindow() {
+    StatePrior gauge;
+    gauge.mean = window->state(0).x;
+    gauge.sqrt_information = Matrix15d::Identity() * 100.0;
+    window->state(0).prior = gauge;
+  }
+};
+
 /// The four directions that no measurement tells: three shifts and a turn about gravity, at the
 /// states' linearisation points.
 Eigen::MatrixXd null_space(const SlidingWindow& window, int dim, bool first_estimates) {
@@ -106,11 +116,7 @@ TEST_SUITE("backend.window") {
   }
 
   TEST_CASE("eliminating the oldest state leaves the covariance of the newest pose as it was") {
-    FreeWindow f;
-    StatePrior gauge;
-    gauge.mean = f.window->state(0).x;
-    gauge.sqrt_information = Matrix15d::Identity() * 100.0;
-    f.window->state(0).prior = gauge;
+    GaugedWindow f;
     auto equations = std::make_unique<NormalEquations>();
     const auto covariance = [&] {
       equations->add_all(*f.window, f.rig, f.settings);
@@ -125,11 +131,7 @@ TEST_SUITE("backend.window") {
   }
 
   TEST_CASE("splitting a point never claims more than keeping it whole") {
-    FreeWindow f;
-    StatePrior gauge;
-    gauge.mean = f.window->state(0).x;
-    gauge.sqrt_information = Matrix15d::Identity() * 100.0;
-    f.window->state(0).prior = gauge;
+    GaugedWindow f;
     auto equations = std::make_unique<NormalEquations>();
     const auto spread = [&] {
       equations->add_all(*f.window, f.rig, f.settings);
@@ -144,11 +146,7 @@ TEST_SUITE("backend.window") {
   }
 
   TEST_CASE("the solver's optimum is a stationary point of the normal equations") {
-    FreeWindow f;
-    StatePrior gauge;
-    gauge.mean = f.window->state(0).x;
-    gauge.sqrt_information = Matrix15d::Identity() * 100.0;
-    f.window->state(0).prior = gauge;
+    GaugedWindow f;
     disturb(*f.window, 5);
     auto equations = std::make_unique<NormalEquations>();
     // Newton decrement: by how much, in sigmas squared, the equations would still move.
@@ -167,11 +165,7 @@ TEST_SUITE("backend.window") {
   }
 
   TEST_CASE("not one iteration more than allowed is made") {
-    FreeWindow f;
-    StatePrior gauge;
-    gauge.mean = f.window->state(0).x;
-    gauge.sqrt_information = Matrix15d::Identity() * 100.0;
-    f.window->state(0).prior = gauge;
+    GaugedWindow f;
     disturb(*f.window, 6);
     const auto solver = make_ceres_solver();
     const SolveSummary summary =
