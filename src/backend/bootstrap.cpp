@@ -55,10 +55,20 @@ void Bootstrap::clear() noexcept {
 }
 
 bool Bootstrap::spaced() const noexcept {
-  const Duration step{Duration::from_s(config_.init_max_span_s).us /
-                      static_cast<std::int64_t>(limits::kInitFrames)};
   const std::size_t n = frames_.size();
-  return n < 2 || frames_[n - 1].t - frames_[n - 2].t >= step - Duration{1000};
+  if (n < 2) return true;
+  const Duration step{(frames_[n - 1].t - frames_[0].t).us /
+                      static_cast<std::int64_t>(limits::kInitFrames)};
+  return frames_[n - 1].t - frames_[n - 2].t >= step - Duration{1000};
+}
+
+/// Forgets the frame inside whose neighbours are closest: the rest stay about evenly spread.
+void Bootstrap::thin() noexcept {
+  std::size_t closest = 1;
+  for (std::size_t i = 2; i + 1 < frames_.size(); ++i)
+    if (frames_[i + 1].t - frames_[i - 1].t < frames_[closest + 1].t - frames_[closest - 1].t)
+      closest = i;
+  frames_.erase(closest);
 }
 
 void Bootstrap::collect(const FrameMeasurement& frame) noexcept {
@@ -67,8 +77,8 @@ void Bootstrap::collect(const FrameMeasurement& frame) noexcept {
   // The newest frame is always the last; the one before gives way when it is too close
   // to its predecessor.
   if (!spaced()) frames_.pop_back();
-  while (!frames_.empty() && (frames_.full() || frame.t - frames_.front().t > longest))
-    frames_.erase(0);
+  while (!frames_.empty() && frame.t - frames_.front().t > longest) frames_.erase(0);
+  if (frames_.full()) thin();
   (void)frames_.push_back(frame);
 }
 

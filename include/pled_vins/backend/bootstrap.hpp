@@ -33,6 +33,7 @@ class Bootstrap {
 
  private:
   void collect(const FrameMeasurement& frame) noexcept;
+  void thin() noexcept;
   [[nodiscard]] bool fill(const StartGuess& guess, const ImuHistory& imu, const StartBelief& belief,
                           const LandmarkBook& book, SlidingWindow& window) noexcept;
   [[nodiscard]] StartRefusal refine(const StartBelief& belief, bool stationary, LandmarkBook& book,

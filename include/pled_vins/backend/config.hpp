@@ -25,7 +25,7 @@ struct BackendConfig {
   double accel_bias_sigma_mps2 = 0.1;   ///< prior at start, 1e-3 ... 5
   double gravity_mps2 = 9.81;           ///< magnitude, 9.7 ... 9.9
   double init_min_span_s = 0.4;         ///< shortest motion to start from, 0.2 ... 5
-  double init_max_span_s = 1.2;         ///< longest motion to look back at, 0.3 ... 5
+  double init_max_span_s = 2.4;         ///< longest motion to look back at, 0.3 ... 5
   double init_max_scale_sigma =
       0.1;  ///< largest accepted relative uncertainty of scale, 0.005 ... 1
 };
