@@ -30,6 +30,7 @@ done
 
 out=${PLED_ACCURACY_OUT:-$top/build/accuracy}
 mkdir -p "$out"
+# shellcheck disable=SC2016  # the inner shell expands
 for recording in "${recordings[@]}"; do
   name=$(basename "$recording")
   for k in $(seq 0 $((starts - 1))); do
@@ -58,9 +59,8 @@ for recording in "${recordings[@]}"; do
   reports=()
   for report in "$out/$name"-*/report.json; do [ -f "$report" ] && reports+=("$report"); done
   column() { for r in "${reports[@]}"; do value "$r" "$1"; done | grep -v '^$' | median_worst "$2" || true; }
-  inits=$(for r in "${reports[@]}"; do value "$r" initialised_at_s; done | grep -v '^$' | median_worst max || true)
-  # shellcheck disable=SC2046
+  read -ra numbers <<<"$(column ate_rmse_m max) $(column mpe_percent max) $(column coverage min) $(column initialised_at_s max)"
   printf '%-18s %6s | %8s %8s | %8s %8s | %8s %8s | %7s %7s | %s\n' "$name" "${#reports[@]}" \
-    $(column ate_rmse_m max) $(column mpe_percent max) $(column coverage min) $inits \
+    "${numbers[@]}" \
     "$(column cpu_ms_per_frame max | cut -d' ' -f1), $(for r in "${reports[@]}"; do value "$r" resets; done | awk '{ s += $1 } END { print s + 0 }')"
 done

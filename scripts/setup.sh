@@ -85,6 +85,7 @@ write_source_list() {
   if [[ -f $keyring ]]; then keys="Signed-By: $keyring"$'\n'; fi
   codename=$(. /etc/os-release && printf '%s' "${VERSION_CODENAME:-}")
   for kind in deb-src deb; do
+    # shellcheck disable=SC2016  # apt's own names
     entries=$(apt-get indextargets --no-release-info \
       --format '$(TARGET_OF)|$(RELEASE)|$(COMPONENT)|$(REPO_URI)' |
       awk -F'|' -v kind="$kind" -v codename="$codename" -v keys="$keys" \
