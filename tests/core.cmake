@@ -6,3 +6,4 @@ pled_add_tests(test_core
     unit/core/spsc_ring_test.cpp
     unit/core/timestamp_test.cpp
   DEPS pled::core Threads::Threads)
+pled_check_pointers(test_core)

@@ -14,3 +14,4 @@ pled_add_tests(test_drivers_replay LABEL replay
 pled_add_tests(test_drivers_memory LABEL memory
   SOURCES memory/drivers/allocations_test.cpp
   DEPS pled::replay PNG::PNG JPEG::JPEG)
+pled_check_pointers(test_drivers test_drivers_law test_drivers_replay test_drivers_memory)
