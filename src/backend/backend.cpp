@@ -117,6 +117,10 @@ void Backend::begin(const FrameMeasurement& frame, const ImuHistory& imu,
   set_point_noise(settings_, rig_, point_noise_.sigma_px());
   weak_since_.reset();
   still_.reset();
+  const WindowState& newest = window_.newest();
+  if (newest.still)
+    still_.begin(frame, newest.imu.span().last(std::min<std::size_t>(newest.imu.size(), 12)),
+                 newest.x, window_.state(0).x.t);
   out.keyframe = true;
   write_weights(frame, out);
   write_pose(window_.newest().x, frame, EstimatorStatus::kTracking, out);
@@ -230,8 +234,10 @@ bool Backend::track(const FrameMeasurement& frame, const ImuHistory& imu,
 
 void Backend::note_standstill(const FrameMeasurement& frame) noexcept {
   WindowState& state = window_.newest();
-  if (!state.has_imu || !still_.update(frame, state.imu.span())) return;
+  if (!state.has_imu || !still_.update(frame, state.imu.span(), state.x)) return;
   state.still = true;
+  constexpr double kWrongTogether_s = 0.5;
+  state.still_share = std::min(1.0, state.preintegration.dt_s() / kWrongTogether_s);
   // Bound to the first keyframe of this standstill, so that nothing adds up.
   for (std::size_t i = window_.size() - 1; i-- > 0;) {
     if (window_.state(i).x.t < still_.since()) break;

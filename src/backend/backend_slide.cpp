@@ -30,8 +30,10 @@ bool Backend::is_keyframe(const FrameMeasurement& frame) const noexcept {
       break;
     }
   }
-  if (to.still) return to.still_as < 0;
-  if (2 * common < frame.points.size() || common < 20) return true;
+  const bool renewed = 2 * common < frame.points.size() || common < 20;
+  // A long standstill outlives its tracks: those that came since must be held from somewhere.
+  if (to.still) return to.still_as < 0 || renewed;
+  if (renewed) return true;
   const auto middle = parallax.begin() + static_cast<std::ptrdiff_t>(common / 2);
   std::nth_element(parallax.begin(), middle,
                    parallax.begin() + static_cast<std::ptrdiff_t>(common));

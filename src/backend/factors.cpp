@@ -101,11 +101,12 @@ void evaluate_state_prior(const StatePrior& prior, const NavState& x, const NavS
   d_r_d_x->middleCols<3>(3) = turned;
 }
 
-void evaluate_same_place(const FactorSettings& settings, const NavState& i, const NavState& j,
-                         const NavState& linearised_i, const NavState& linearised_j,
-                         Vector6d& residual, Matrix6d* d_r_d_i, Matrix6d* d_r_d_j) noexcept {
-  const double sp = 1.0 / settings.still_position_sigma_m;
-  const double sq = 1.0 / settings.still_angle_sigma_rad;
+void evaluate_same_place(const FactorSettings& settings, double share, const NavState& i,
+                         const NavState& j, const NavState& linearised_i,
+                         const NavState& linearised_j, Vector6d& residual, Matrix6d* d_r_d_i,
+                         Matrix6d* d_r_d_j) noexcept {
+  const double sp = std::sqrt(share) / settings.still_position_sigma_m;
+  const double sq = std::sqrt(share) / settings.still_angle_sigma_rad;
   residual.head<3>() = sp * (i.q_wb.conjugate() * (j.p_wb - i.p_wb));
   residual.tail<3>() = sq * so3::log(i.q_wb.conjugate() * j.q_wb);
   if (!d_r_d_i || !d_r_d_j) return;

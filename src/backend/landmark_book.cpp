@@ -13,6 +13,7 @@ constexpr double kDefaultInverseDepth = 0.3;
 constexpr double kWeakInformation = 10.0;  ///< below, the depth is held by the scene's
 constexpr double kMaxStartSquared = 25.0;  ///< sigmas^2 a sighting, of a point with a new depth
 constexpr double kMinWeight = 0.25;        ///< below, a point is taken to be wrong
+constexpr double kSureParallax = 5.0;  ///< sigmas a sighting; a smaller one tells no wrong point
 
 Pose T_cj_ci(const PointFrames& f) {
   return (f.T_world_body_j * f.T_body_cam_j).inverse() * (f.T_world_body_i * f.T_body_cam_i);
@@ -166,8 +167,9 @@ double LandmarkBook::judge(SlidingWindow& window) const noexcept {
     l.weight = weights / m;
     const double rho = l.inverse_depth_pm();
     const bool deep = rho > kMinInverseDepth && rho < kMaxInverseDepth;
-    if ((behind || !deep) && rho * rho * information < 9.0) {
-      // Not 3 sigmas from infinity: a depth nobody knows yet, not a wrong point.
+    if ((behind || !deep) && rho * rho * information < kSureParallax * kSureParallax * m) {
+      // A shift that an error of the poses, which all points share, may have made: a depth nobody
+      // knows yet, not a wrong point. Were it rejected, those that agree with the error would stay.
       l.has_depth = l.in_solver = false;
       continue;
     }

@@ -78,7 +78,8 @@ void NormalEquations::add_state(const SlidingWindow& window, std::size_t i,
     b_.segment<15>(a).noalias() += J.transpose() * r;
   }
   if (s.still) {
-    const double w = 1.0 / (settings.still_speed_sigma_mps * settings.still_speed_sigma_mps);
+    const double sigma_mps = settings.still_speed_sigma_mps;
+    const double w = s.still_share / (sigma_mps * sigma_mps);
     H_.diagonal().segment<3>(a + 6).array() += w;
     b_.segment<3>(a + 6) += w * s.x.v_wb;
   }
@@ -92,7 +93,8 @@ void NormalEquations::add_same_place(const SlidingWindow& window, std::size_t i,
   const WindowState& from = window.state(as);
   Vector6d r;
   Matrix6d J_i, J_j;
-  evaluate_same_place(settings, from.x, to.x, from.linearisation(settings.first_estimates),
+  evaluate_same_place(settings, to.still_share, from.x, to.x,
+                      from.linearisation(settings.first_estimates),
                       to.linearisation(settings.first_estimates), r, &J_i, &J_j);
   const int a = row_of(as), b = row_of(i);
   H_.block<6, 6>(a, a).noalias() += J_i.transpose() * J_i;

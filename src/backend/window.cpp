@@ -19,6 +19,7 @@ WindowState* SlidingWindow::push_state() noexcept {
   s.x = s.first = NavState{};
   s.has_first = s.keyframe = s.still = s.has_imu = false;
   s.still_as = -1;
+  s.still_share = 1.0;
   s.imu.clear();
   s.prior.reset();
   return &s;

@@ -12,6 +12,7 @@ namespace {
 constexpr double kTwoPi = 2.0 * std::numbers::pi;
 constexpr double kFirstFrame_s = 1.0017;  // not on an IMU stamp
 constexpr double kImuStart_s = 0.9;
+constexpr double kPan_radps = 3.0 * std::numbers::pi / 180.0;
 
 double unit(std::mt19937_64& random) { return static_cast<double>(random() >> 11) * 0x1.0p-53; }
 
@@ -36,6 +37,9 @@ RigCalibration make_rig(const ImuNoise& noise) {
 SmoothMotion::SmoothMotion(MotionKind kind, std::uint64_t seed, double mean_speed_mps)
     : kind_(kind) {
   if (kind == MotionKind::kStill) return;
+  if (kind == MotionKind::kCreep) steady_mps_ = mean_speed_mps * Eigen::Vector3d(0.6, 0.8, 0.0);
+  if (kind == MotionKind::kPan) steady_yaw_radps_ = kPan_radps;
+  if (kind == MotionKind::kCreep || kind == MotionKind::kPan) return;
   std::mt19937_64 random(seed * 7919 + 17);
   const auto wave = [&](double amplitude, double lo_hz, double hi_hz) {
     const double f_hz = lo_hz + (hi_hz - lo_hz) * unit(random);
@@ -56,7 +60,7 @@ SmoothMotion::SmoothMotion(MotionKind kind, std::uint64_t seed, double mean_spee
     angle_ = {};
     angle_[1] = {wave(0.01, 0.5, 1.0), Wave{}, Wave{}};
     angle_[2] = {wave(0.015, 0.5, 1.0), Wave{}, Wave{}};
-    forward_mps_ = mean_speed_mps;
+    steady_mps_.x() = mean_speed_mps;
     for (Wave& w : position_[0]) w.amplitude *= 0.3 * mean_speed_mps;  // |x'| stays > 0
     for (Wave& w : position_[1]) w.amplitude *= 0.5 * mean_speed_mps;
     return;
@@ -86,8 +90,12 @@ SmoothMotion::Sample SmoothMotion::at(double t_s) const {
     p[i] = evaluate(position_[i], t_s);
     a[i] = evaluate(angle_[i], t_s);
   }
-  p[0].x += forward_mps_ * t_s;
-  p[0].d1 += forward_mps_;
+  for (std::size_t i = 0; i < 3; ++i) {
+    p[i].x += steady_mps_[static_cast<int>(i)] * t_s;
+    p[i].d1 += steady_mps_[static_cast<int>(i)];
+  }
+  a[0].x += steady_yaw_radps_ * t_s;
+  a[0].d1 += steady_yaw_radps_;
   if (kind_ == MotionKind::kCar) {  // heading follows the path
     const double v2 = p[0].d1 * p[0].d1 + p[1].d1 * p[1].d1;
     a[0] = {std::atan2(p[1].d1, p[0].d1), (p[0].d1 * p[1].d2 - p[1].d1 * p[0].d2) / v2, 0};
@@ -131,7 +139,7 @@ double PointWorld::gaussian() {  // Box-Muller: the same on every library
 SmoothMotion::Sample PointWorld::motion_at(double t_s) const {
   // Motion time m(t): stands until still_until_s, then m'' ramps over one second.
   const double start_s = kFirstFrame_s + options_.still_until_s;
-  if (options_.still_until_s <= 0) return motion_.at(t_s);
+  if (options_.still_until_s <= 0) return shaken(motion_.at(t_s), t_s);
   const double u = std::max(0.0, t_s - start_s);
   double m = u - 0.5, m1 = 1, m2 = 0;
   if (u < 1) {  // m' = smoothstep
@@ -143,6 +151,30 @@ SmoothMotion::Sample PointWorld::motion_at(double t_s) const {
   s.a_w = s.a_w * m1 * m1 + s.v_w * m2;
   s.v_w *= m1;
   s.omega_b *= m1;
+  return shaken(s, t_s);
+}
+
+SmoothMotion::Sample PointWorld::shaken(SmoothMotion::Sample s, double t_s) const {
+  if (options_.vibration_mps2 <= 0) return s;
+  struct Tone {
+    double rate_radps, share, phase;
+  };
+  constexpr std::array<Tone, 2> kTones{{{kTwoPi * 21.3, 1.0, 0.4}, {kTwoPi * 73.1, 0.25, 1.9}}};
+  const Eigen::Vector3d way = Eigen::Vector3d(0.4, 1.0, 0.3).normalized();
+  const Eigen::Vector3d axis = Eigen::Vector3d(1.0, 0.2, 0.3).normalized();
+  double angle_rad = 0, rate_radps = 0;
+  for (const Tone& tone : kTones) {
+    const double a = tone.share * options_.vibration_mps2;
+    const double phase = tone.rate_radps * t_s + tone.phase;
+    s.p_w -= way * a * std::sin(phase) / (tone.rate_radps * tone.rate_radps);
+    s.v_w -= way * a * std::cos(phase) / tone.rate_radps;
+    s.a_w += way * a * std::sin(phase);
+    angle_rad += 0.1 * a * std::sin(phase) / tone.rate_radps;
+    rate_radps += 0.1 * a * std::cos(phase);
+  }
+  const Eigen::Quaterniond turn(Eigen::AngleAxisd(angle_rad, axis));
+  s.q_wb = s.q_wb * turn;
+  s.omega_b = turn.conjugate() * s.omega_b + rate_radps * axis;
   return s;
 }
 

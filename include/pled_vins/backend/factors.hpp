@@ -16,9 +16,11 @@ struct FactorSettings {
   double robust_scale = 2.0;                                  ///< c of the Cauchy loss, sigmas
   double point_gain = 1.0;      ///< multiplies the point cost, see robust_gain()
   double depth_sigma_pm = 0.5;  ///< belief about the depth of a point without parallax
-  double still_speed_sigma_mps = 0.01;
-  double still_position_sigma_m = 0.001;
-  double still_angle_sigma_rad = 0.0005;
+  // A rig that moves off is noticed when it has gone a few millimetres, at some 2 cm/s: until then
+  // every state claims to stand (see WindowState::still_share).
+  double still_speed_sigma_mps = 0.02;
+  double still_position_sigma_m = 0.005;
+  double still_angle_sigma_rad = 0.0015;
   double extrinsic_sigma_m = 0.01;
   double extrinsic_sigma_rad = 0.01;
   double time_shift_sigma_s = 0.005;
@@ -68,11 +70,13 @@ void evaluate_state_prior(const StatePrior& prior, const NavState& x, const NavS
                           Vector15d& residual, Matrix15d* d_r_d_x) noexcept;
 
 /// Two states at the same place (6): R_i^T (p_j - p_i) and Log(R_i^T R_j), whitened.
+/// @param share  of the information, 0 ... 1.
 using Vector6d = Eigen::Matrix<double, 6, 1>;
 using Matrix6d = Eigen::Matrix<double, 6, 6>;
-void evaluate_same_place(const FactorSettings& settings, const NavState& i, const NavState& j,
-                         const NavState& linearised_i, const NavState& linearised_j,
-                         Vector6d& residual, Matrix6d* d_r_d_i, Matrix6d* d_r_d_j) noexcept;
+void evaluate_same_place(const FactorSettings& settings, double share, const NavState& i,
+                         const NavState& j, const NavState& linearised_i,
+                         const NavState& linearised_j, Vector6d& residual, Matrix6d* d_r_d_i,
+                         Matrix6d* d_r_d_j) noexcept;
 
 /// Belief about the refined extrinsic (6), whitened: [t - t0; Log(R0^T R)].
 [[nodiscard]] Vector6d extrinsic_change(const Pose& from, const Pose& to) noexcept;

@@ -71,8 +71,11 @@ struct WindowState {
   NavState first;  ///< first estimate: where Jacobians are taken once the prior knows it
   bool has_first = false;
   bool keyframe = false;
-  bool still = false;    ///< found standing: v = 0
-  int still_as = -1;     ///< state at the same place, or -1
+  bool still = false;  ///< found standing: v = 0
+  int still_as = -1;   ///< state at the same place, or -1
+  /// Of the information of one independent finding that the rig stands: findings of frames that
+  /// follow each other closely are wrong together.
+  double still_share = 1.0;
   bool has_imu = false;  ///< imu and preintegration lead from the state before
   FixedVector<ImuSample, limits::kMaxImuPerInterval> imu;
   Preintegration preintegration;

@@ -19,12 +19,14 @@ enum class MotionKind : std::uint8_t {
   kDrone,     ///< a few metres to and fro in a room, gentle turns
   kHandheld,  ///< aggressive: turns up to 4 rad/s
   kCar,       ///< planar, forward, heading along the path
+  kCreep,     ///< straight on and to the side at constant speed, without turning
+  kPan,       ///< on the spot, turns about the vertical at 3 deg/s
 };
 
 /// A smooth body motion with exact derivatives: sums of sines.
 class SmoothMotion {
  public:
-  /// @param mean_speed_mps  mean speed over the first 10 s; ignored when standing.
+  /// @param mean_speed_mps  mean speed over the first 10 s; ignored when standing or turning.
   SmoothMotion(MotionKind kind, std::uint64_t seed, double mean_speed_mps);
 
   struct Sample {
@@ -45,7 +47,8 @@ class SmoothMotion {
   [[nodiscard]] static Value evaluate(const Channel& channel, double t_s);
 
   MotionKind kind_;
-  double forward_mps_ = 0;
+  Eigen::Vector3d steady_mps_ = Eigen::Vector3d::Zero();
+  double steady_yaw_radps_ = 0;
   std::array<Channel, 3> position_{};
   std::array<Channel, 3> angle_{};  ///< yaw, pitch, roll
 };
@@ -72,6 +75,9 @@ struct PointWorldOptions {
   Eigen::Vector3d gyro_bias_radps{0.01, -0.02, 0.015};
   Eigen::Vector3d accel_bias_mps2{0.05, -0.04, 0.08};
   double still_until_s = 0.0;  ///< stands (exactly) until then, then moves off smoothly
+  /// Of a motor, on top of the motion: accelerations of this amplitude at 21 Hz (a quarter of it at
+  /// 73 Hz) and turning rates of a tenth of the figure in rad/s. EuRoC's drone on the ground: 1.5.
+  double vibration_mps2 = 0.0;
 };
 
 /// Points around a moving rig, as an ideal front end would report them, and the
@@ -107,6 +113,7 @@ class PointWorld {
   [[nodiscard]] double gaussian();
   [[nodiscard]] double uniform(double lo, double hi);
   [[nodiscard]] SmoothMotion::Sample motion_at(double t_s) const;
+  [[nodiscard]] SmoothMotion::Sample shaken(SmoothMotion::Sample s, double t_s) const;
   void make_imu();
   void make_frame(Timestamp t);
   void add_point(double t_s, const Pose& T_wc);

@@ -98,7 +98,7 @@ void CeresSolver::add_states(const WindowProblem& p, ceres::Problem& out) {
       out.AddResidualBlock(&state_costs_[i], nullptr, poses_[i].data(), motions_[i].data());
     }
     if (s.still) {
-      still_costs_[i].set(p);
+      still_costs_[i].set(p, i);
       out.AddResidualBlock(&still_costs_[i], nullptr, motions_[i].data());
     }
     if (s.still_as >= 0) {

@@ -1,5 +1,7 @@
 #include "src/backend/solver/cost_functions.hpp"
 
+#include <cmath>
+
 #include "pled_vins/geometry/so3.hpp"
 
 namespace pled::ceres_view {
@@ -225,7 +227,8 @@ bool StatePriorCost::Evaluate(double const* const* parameters, double* residuals
 
 bool StillCost::Evaluate(double const* const* parameters, double* residuals,
                          double** jacobians) const {
-  const double weight = 1.0 / problem_->settings.still_speed_sigma_mps;
+  const double weight = std::sqrt(problem_->window.state(state_).still_share) /
+                        problem_->settings.still_speed_sigma_mps;
   Eigen::Map<Eigen::Vector3d>{residuals} =
       weight * Eigen::Map<const Eigen::Vector3d>(parameters[0]);
   if (jacobians && jacobians[0]) {
@@ -247,7 +250,8 @@ bool SamePlaceCost::Evaluate(double const* const* parameters, double* residuals,
   Vector6d r;
   Matrix6d J_i, J_j;
   const FactorSettings& settings = problem_->settings;
-  evaluate_same_place(settings, i, j, jacobian_point(problem_->window.state(from_), i, settings),
+  evaluate_same_place(settings, problem_->window.state(to_).still_share, i, j,
+                      jacobian_point(problem_->window.state(from_), i, settings),
                       jacobian_point(problem_->window.state(to_), j, settings), r,
                       jacobians ? &J_i : nullptr, jacobians ? &J_j : nullptr);
   Eigen::Map<Vector6d>{residuals} = r;

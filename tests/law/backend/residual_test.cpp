@@ -142,7 +142,7 @@ TEST_SUITE("backend.factors") {
     prior.sqrt_information(3, 4) = 0.7;
     Vector6d r;
     Matrix6d J_i, J_j;
-    evaluate_same_place(settings, i, j, i, j, r, &J_i, &J_j);
+    evaluate_same_place(settings, 0.3, i, j, i, j, r, &J_i, &J_j);
     Vector15d rp;
     Matrix15d J_p;
     evaluate_state_prior(prior, i, i, rp, &J_p);
@@ -156,11 +156,11 @@ TEST_SUITE("backend.factors") {
       CHECK(((p_plus - p_minus) / (2 * kStep) - J_p.col(a)).norm() < 1e-5);
       if (a >= 6) continue;
       Vector6d plus, minus;
-      evaluate_same_place(settings, box_plus(i, d), j, i, j, plus, nullptr, nullptr);
-      evaluate_same_place(settings, box_plus(i, -d), j, i, j, minus, nullptr, nullptr);
+      evaluate_same_place(settings, 0.3, box_plus(i, d), j, i, j, plus, nullptr, nullptr);
+      evaluate_same_place(settings, 0.3, box_plus(i, -d), j, i, j, minus, nullptr, nullptr);
       CHECK(((plus - minus) / (2 * kStep) - J_i.col(a)).norm() < 1e-4 * J_i.norm());
-      evaluate_same_place(settings, i, box_plus(j, d), i, j, plus, nullptr, nullptr);
-      evaluate_same_place(settings, i, box_plus(j, -d), i, j, minus, nullptr, nullptr);
+      evaluate_same_place(settings, 0.3, i, box_plus(j, d), i, j, plus, nullptr, nullptr);
+      evaluate_same_place(settings, 0.3, i, box_plus(j, -d), i, j, minus, nullptr, nullptr);
       CHECK(((plus - minus) / (2 * kStep) - J_j.col(a)).norm() < 1e-4 * J_j.norm());
     }
   }

@@ -1,4 +1,7 @@
+#include <algorithm>
 #include <cmath>
+#include <limits>
+#include <optional>
 
 #include <doctest/doctest.h>
 
@@ -20,6 +23,59 @@ BackendConfig config_for(const PointWorldOptions& options) {
   return config;
 }
 
+PointWorldOptions standing(std::uint64_t seed) {
+  PointWorldOptions options;
+  options.motion = MotionKind::kStill;
+  options.seed = seed;
+  options.duration_s = 4;
+  options.max_track_frames = 200;  // a standing camera sees the same points again and again
+  return options;
+}
+
+/// Largest distance of a pose from the first; infinity when fewer than half of the frames have one.
+double farthest_from_first_m(const PointWorldOptions& options) {
+  const PointWorld world(options);
+  SimulatedRun run(world, config_for(options));
+  Eigen::Vector3d first = Eigen::Vector3d::Zero();
+  std::size_t poses = 0;
+  double farthest_m = 0;
+  for (std::size_t k = 0; k < world.frames().size(); ++k) {
+    const BackendOutput& out = run.step(k);
+    if (!out.has_pose) continue;
+    const Eigen::Vector3d p(out.pose.p_world_body_m.data());
+    if (poses++ == 0) first = p;
+    farthest_m = std::max(farthest_m, (p - first).norm());
+  }
+  return 2 * poses > world.frames().size() ? farthest_m : std::numeric_limits<double>::infinity();
+}
+
+/// From `from_s` after the first frame to the end: how wrong the way and the turn are, and how
+/// often the rig was taken to stand.
+struct Moved {
+  double error_rad = std::numeric_limits<double>::infinity();
+  double still_share = 0;
+};
+
+Moved moved_after(const PointWorldOptions& options, double from_s) {
+  const PointWorld world(options);
+  SimulatedRun run(world, config_for(options));
+  const Timestamp from = world.frames()[0].t + Duration::from_s(from_s);
+  std::optional<NavState> first;
+  double frames = 0, still = 0;
+  for (std::size_t k = 0; k < world.frames().size(); ++k) {
+    const BackendOutput& out = run.step(k);
+    if (world.frames()[k].t < from) continue;
+    if (!out.has_pose) return {};
+    if (!first) first = run.backend().window().newest().x;
+    frames += 1;
+    still += run.backend().window().newest().still ? 1 : 0;
+  }
+  const NavState last = run.backend().window().newest().x;
+  const NavState a = world.truth(first->t), b = world.truth(last.t);
+  const Eigen::Quaterniond turn = first->q_wb.conjugate() * last.q_wb;
+  return {turn.angularDistance(a.q_wb.conjugate() * b.q_wb), still / frames};
+}
+
 }  // namespace
 
 TEST_SUITE("backend.backend") {
@@ -39,18 +95,50 @@ TEST_SUITE("backend.backend") {
     PointWorldOptions options;
     options.motion = MotionKind::kStill;
     options.duration_s = 4;
-    const PointWorld world(options);
-    SimulatedRun run(world, config_for(options));
-    Eigen::Vector3d first = Eigen::Vector3d::Constant(std::nan(""));
-    std::size_t poses = 0;
-    for (std::size_t k = 0; k < world.frames().size(); ++k) {
-      const BackendOutput& out = run.step(k);
-      if (!out.has_pose) continue;
-      const Eigen::Vector3d p(out.pose.p_world_body_m.data());
-      if (poses++ == 0) first = p;
-      CHECK((p - first).norm() < 0.02);
+    CHECK(farthest_from_first_m(options) < 0.02);
+  }
+
+  TEST_CASE("a rig that stands with its motors on stays within 2 cm, whenever it is started") {
+    for (const std::uint64_t seed : {1U, 2U, 3U, 4U, 5U}) {
+      CAPTURE(seed);
+      PointWorldOptions options = standing(seed);
+      options.vibration_mps2 = 1.5;
+      CHECK(farthest_from_first_m(options) < 0.02);
+      CHECK(moved_after(options, 1.0).still_share > 0.9);
     }
-    CHECK(poses > world.frames().size() / 2);
+  }
+
+  TEST_CASE("a rig that creeps at 5 cm/s is not held still, with motors on or off") {
+    for (const std::uint64_t seed : {1U, 2U, 3U, 4U}) {
+      const double vibration_mps2 = seed % 2 == 0 ? 1.5 : 0.0;
+      CAPTURE(seed);
+      PointWorldOptions options;
+      options.seed = seed;
+      options.motion = MotionKind::kCreep;
+      options.mean_speed_mps = 0.05;
+      options.min_depth_m = 2;
+      options.still_until_s = 2;
+      options.duration_s = 8;
+      options.vibration_mps2 = vibration_mps2;
+      // Half a second after it moved off it has gone 5 mm.
+      CHECK(moved_after(options, 2.7).still_share == 0);
+    }
+  }
+
+  TEST_CASE("a rig that turns on the spot at 3 deg/s is not held still, with motors on or off") {
+    for (const std::uint64_t seed : {1U, 2U, 3U, 4U}) {
+      const double vibration_mps2 = seed % 2 == 0 ? 1.5 : 0.0;
+      CAPTURE(seed);
+      PointWorldOptions options;
+      options.seed = seed;
+      options.motion = MotionKind::kPan;
+      options.still_until_s = 2;
+      options.duration_s = 8;
+      options.vibration_mps2 = vibration_mps2;
+      const Moved moved = moved_after(options, 2.5);
+      CHECK(moved.still_share == 0);
+      CHECK(moved.error_rad < 0.021);  // of 0.28 rad
+    }
   }
 
   TEST_CASE("points that move on their own are given less weight and do not carry the pose away") {
