@@ -1,9 +1,8 @@
 #!/usr/bin/env bash
 # Set-up if needed, build, tests. The last line is "N passed, N failed" over all runs.
 #
-#   scripts/test.sh             release build
-#   scripts/test.sh --sanitize  again under the address and undefined-behaviour sanitizers
-#   scripts/test.sh --full      also: long tests, thread sanitizer, fuzzers, clang-tidy, clang-format
+#   scripts/test.sh          release build, then again under the address and undefined-behaviour sanitizers
+#   scripts/test.sh --full   also: long tests, thread sanitizer, fuzzers, clang-tidy, clang-format
 #
 #   PLED_RECORDINGS     folder of recordings for the tests that need some; without it they say what they skip
 #   PLED_FUZZ_SECONDS   for each fuzzer (default 60)
@@ -85,19 +84,18 @@ run_fuzzers() {
 }
 
 main() {
-  local mode=default line
+  local full=0 line
   case ${1:-} in
     '') ;;
-    --sanitize) mode=sanitize ;;
-    --full) mode=full ;;
+    --full) full=1 ;;
     -h | --help) sed -n '2,/^set /{/^set /d;s/^# \{0,1\}//;p}' "${BASH_SOURCE[0]}"; return 0 ;;
-    *) printf "test: unknown option '%s' (there are --sanitize and --full)\n" "$1" >&2; return 2 ;;
+    *) printf "test: unknown option '%s' (there is --full)\n" "$1" >&2; return 2 ;;
   esac
 
-  if [[ $mode == full ]]; then scripts/setup.sh --full; else scripts/setup.sh; fi
+  if [[ $full -eq 1 ]]; then scripts/setup.sh --full; else scripts/setup.sh; fi
   run_tests release release release
-  if [[ $mode == sanitize || $mode == full ]]; then run_tests sanitizers asan asan; fi
-  if [[ $mode == full ]]; then
+  run_tests sanitizers asan asan
+  if [[ $full -eq 1 ]]; then
     run_tests long release long
     run_tests threads tsan tsan
     run_fuzzers
