@@ -3,6 +3,8 @@
 #
 #   scripts/accuracy.sh [--starts N] [--step S] [--config FILE] [--jobs N] RECORDING...
 #
+# A run that never started, or failed, counts as worse than any other ("none").
+#
 # A recording is a folder that `pled-vins replay` reads and that has groundtruth.txt. Defaults: ten
 # starts, 0.2 s apart. Results stay in build/accuracy/.
 set -euo pipefail
@@ -20,7 +22,7 @@ while [ $# -gt 0 ]; do
     --step) step=${2:?--step needs seconds}; shift 2 ;;
     --jobs) jobs=${2:?--jobs needs a number}; shift 2 ;;
     --config) config=(--config "${2:?--config needs a file}"); shift 2 ;;
-    -h|--help) sed -n '2,7s/^# \{0,1\}//p' "$0"; exit 0 ;;
+    -h|--help) sed -n '2,9s/^# \{0,1\}//p' "$0"; exit 0 ;;
     -*) echo "accuracy.sh: unknown option $1 (see --help)" >&2; exit 2 ;;
     *) recordings+=("$1"); shift ;;
   esac
@@ -30,12 +32,15 @@ done
 
 out=${PLED_ACCURACY_OUT:-$top/build/accuracy}
 mkdir -p "$out"
-# shellcheck disable=SC2016  # the inner shell expands
-for recording in "${recordings[@]}"; do
-  name=$(basename "$recording")
+
+# One folder a run, by the recording's place in the list: two recordings may have the same name.
+run_folder() { printf '%s/%s-%s-%s' "$out" "$1" "$(basename "${recordings[$1]}")" "$2"; }
+start_of() { awk -v k="$1" -v s="$step" 'BEGIN { printf "%.3f", k * s }'; }
+
+for n in "${!recordings[@]}"; do
   for k in $(seq 0 $((starts - 1))); do
-    start=$(awk -v k="$k" -v s="$step" 'BEGIN { printf "%.3f", k * s }')
-    printf '%s\0%s\0%s\0' "$recording" "$start" "$out/$name-$start"
+    start=$(start_of "$k")
+    printf '%s\0%s\0%s\0' "${recordings[$n]}" "$start" "$(run_folder "$n" "$start")"
   done
 done | xargs -0 -n 3 -P "$jobs" bash -c '
   program=$1; shift; config=("${@:1:$#-3}"); set -- "${@: -3}"
@@ -43,24 +48,33 @@ done | xargs -0 -n 3 -P "$jobs" bash -c '
   "$program" replay "$1" --start "$2" --out "$3" --force "${config[@]}" > "$3.log" 2>&1 || echo "failed: $1 --start $2 (see $3.log)" >&2
 ' accuracy "$program" "${config[@]}"
 
-value() { # file key: the number after "key" in a report, or nothing
-  sed -n "s/.*\"$2\": *\(-\{0,1\}[0-9.eE+-]*\).*/\1/p" "$1" | head -n 1
+value() { # file key: the number after "key" in a report, or "none"
+  local number=
+  if [ -f "$1" ]; then number=$(sed -n "s/.*\"$2\": *\(-\{0,1\}[0-9.eE+-]*\).*/\1/p" "$1" | head -n 1); fi
+  printf '%s\n' "${number:-none}"
 }
-median_worst() { # numbers on stdin, one a line; $1 = max or min is the worst
-  sort -g | awk -v worst="$1" '{ v[NR] = $1 }
-    END { if (NR == 0) { print "- -"; exit }
-          m = NR % 2 ? v[(NR + 1) / 2] : (v[NR / 2] + v[NR / 2 + 1]) / 2
-          printf "%.4g %.4g\n", m, worst == "max" ? v[NR] : v[1] }'
+# Numbers on stdin, one a line; $1 = max or min is the worst. "none" is worse than any number.
+median_worst() {
+  sort -g | awk -v worst="$1" '$1 == "none" { none++; next } { v[++n] = $1 }
+    function at(i) { # of all, missing ones at the bad end
+      if (worst == "max") return i <= n ? v[i] : "none"
+      return i > none ? v[i - none] : "none"
+    }
+    END { all = n + none; if (all == 0) { print "- -"; exit }
+          low = at(int((all + 1) / 2)); high = at(int(all / 2) + 1)
+          m = low == "none" || high == "none" ? "none" : sprintf("%.4g", (low + high) / 2)
+          w = worst == "max" ? at(all) : at(1)
+          print m, w == "none" ? w : sprintf("%.4g", w) }'
 }
 
-printf '%-18s %6s | %-17s | %-17s | %-17s | %-15s | %s\n' recording runs "ATE m med/worst" "MPE % med/worst" "coverage med/min" "start s med/max" "CPU ms/frame, resets"
-for recording in "${recordings[@]}"; do
-  name=$(basename "$recording")
+printf '%-18s %8s | %-17s | %-17s | %-17s | %-15s | %s\n' recording started "ATE m med/worst" "MPE % med/worst" "coverage med/min" "start s med/max" "CPU ms/frame, resets"
+for n in "${!recordings[@]}"; do
   reports=()
-  for report in "$out/$name"-*/report.json; do [ -f "$report" ] && reports+=("$report"); done
-  column() { for r in "${reports[@]}"; do value "$r" "$1"; done | grep -v '^$' | median_worst "$2" || true; }
+  for k in $(seq 0 $((starts - 1))); do reports+=("$(run_folder "$n" "$(start_of "$k")")/report.json"); done
+  column() { for r in "${reports[@]}"; do value "$r" "$1"; done | median_worst "$2"; }
+  started=$(for r in "${reports[@]}"; do value "$r" initialised_at_s; done | grep -vc none || true)
   read -ra numbers <<<"$(column ate_rmse_m max) $(column mpe_percent max) $(column coverage min) $(column initialised_at_s max)"
-  printf '%-18s %6s | %8s %8s | %8s %8s | %8s %8s | %7s %7s | %s\n' "$name" "${#reports[@]}" \
-    "${numbers[@]}" \
+  printf '%-18s %8s | %8s %8s | %8s %8s | %8s %8s | %7s %7s | %s\n' \
+    "$(basename "${recordings[$n]}")" "$started of $starts" "${numbers[@]}" \
     "$(column cpu_ms_per_frame max | cut -d' ' -f1), $(for r in "${reports[@]}"; do value "$r" resets; done | awk '{ s += $1 } END { print s + 0 }')"
 done

@@ -11,6 +11,7 @@
 #include "src/apps/output_features.hpp"
 #include "src/apps/output_trajectory.hpp"
 #include "src/apps/progress.hpp"
+#include "src/apps/replay_meters.hpp"
 
 namespace pled::apps {
 
@@ -18,10 +19,12 @@ namespace pled::apps {
 /// comparison with the truth.
 class ReplayOutput final : public ResultSink {
  public:
-  explicit ReplayOutput(Progress& progress) : progress_(progress) {}
+  /// Starts `meters` at the first frame that is played.
+  ReplayOutput(Progress& progress, ReplayMeters& meters) : progress_(progress), meters_(meters) {}
 
   /// Opens trajectory.tum and features.csv. Returns what went wrong, empty when ready.
   [[nodiscard]] std::string open(const std::filesystem::path& folder);
+  void on_start() noexcept override { meters_.start(); }
   bool on_frame(const FrameResult& result) noexcept override;
   /// Closes the files. Returns what could not be written, empty when all was.
   [[nodiscard]] std::string close();
@@ -33,6 +36,7 @@ class ReplayOutput final : public ResultSink {
 
  private:
   Progress& progress_;
+  ReplayMeters& meters_;
   TrajectoryWriter poses_;
   FeaturesWriter features_;
   Trajectory trajectory_;

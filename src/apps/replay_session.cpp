@@ -178,15 +178,14 @@ bool run_replay(const ReplayOptions& options) {
   const EstimatorParts parts =
       build_estimator(*sensor, *rig, config->frontend, config->backend, *solver);
   Progress progress = Progress::on_stderr(played_length_s(whole_s, options));
-  ReplayOutput output(progress);
+  ReplayMeters meters;
+  ReplayOutput output(progress, meters);
   if (const std::string problem = output.open(options.out); !problem.empty()) {
     print_error(problem);
     return false;
   }
   RunSpan span{Duration::from_s(options.start_s), std::nullopt};
   if (options.duration_s) span.length = Duration::from_s(*options.duration_s);
-  ReplayMeters meters;
-  meters.start();
   const RunEnd end = parts.runner->run(streams->sources(), span, output);
   meters.stop();
   progress.finish();

@@ -2,25 +2,17 @@
 
 #include <array>
 #include <cstdio>
-#include <ctime>
 #include <string>
 #include <vector>
 
 #include <sys/resource.h>
 
 #include "pled_vins/evaluation/evaluate.hpp"
-#include "src/apps/allocation_counter.hpp"
 #include "src/apps/output_report.hpp"
 #include "src/apps/text.hpp"
 
 namespace pled::apps {
 namespace {
-
-double process_cpu_s() {
-  timespec now{};
-  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &now);
-  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
-}
 
 std::uint64_t peak_rss_bytes() {
   rusage usage{};
@@ -170,17 +162,6 @@ void print_summary(const ReplayReport& report, const ReplayOutput& output,
 }
 
 }  // namespace
-
-void ReplayMeters::start() {
-  allocations_ = allocation_count();
-  cpu_s_ = process_cpu_s();
-}
-
-void ReplayMeters::stop() {
-  cpu_s_ = process_cpu_s() - cpu_s_;
-  const auto now = allocation_count();
-  if (now && allocations_) allocations_ = *now - *allocations_;
-}
 
 bool finish_replay(const ReplayFacts& facts, ReplayOutput& output) {
   const std::string problem = output.close();

@@ -27,6 +27,16 @@ BackendConfig for_start(BackendConfig config) {
   return config;
 }
 
+/// False when the mean force or turning rate over an interval is nothing that a body carrying a
+/// camera does: what came in was not a measurement.
+bool credible(const Preintegration& step, const NavState& from) noexcept {
+  constexpr double kMostForce_mps2 = 80.0;
+  constexpr double kMostTurn_radps = 40.0;
+  const double dt_s = step.dt_s();
+  return step.delta_v(from.bg, from.ba).norm() < kMostForce_mps2 * dt_s &&
+         Eigen::AngleAxisd(step.delta_q(from.bg)).angle() < kMostTurn_radps * dt_s;
+}
+
 ImuNoise scaled(ImuNoise noise, double factor) {
   noise.accel_density *= factor;
   noise.accel_walk *= factor;
@@ -158,7 +168,8 @@ bool Backend::append_state(const FrameMeasurement& frame, const ImuHistory& imu)
   const std::size_t n = imu.interval(last.t, frame.t, state->imu.span(), has_gap);
   (void)state->imu.resize(n);
   state->has_imu = n >= 2 && !has_gap &&
-                   state->preintegration.integrate(state->imu.span(), last.bg, last.ba, noise_);
+                   state->preintegration.integrate(state->imu.span(), last.bg, last.ba, noise_) &&
+                   credible(state->preintegration, last);
   if (state->has_imu) {
     state->x = state->preintegration.predict(last);
     state->x.t = frame.t;
@@ -299,7 +310,9 @@ void Backend::lose(const NavState& last, Timestamp t) noexcept {
   bootstrap_.clear();
 }
 
-/// Carries the last good state on by the IMU alone, and gives it out for a short while.
+/// Carries the last good state on by the IMU alone, and gives it out for a short while. After that
+/// only the attitude goes on, for the heading to continue: a place found by the IMU alone is soon
+/// anywhere.
 void Backend::coast(const FrameMeasurement& frame, const ImuHistory& imu,
                     BackendOutput& out) noexcept {
   if (!handover_ || !(frame.t > handover_->t)) return;
@@ -309,11 +322,16 @@ void Backend::coast(const FrameMeasurement& frame, const ImuHistory& imu,
   (void)coast_imu_.resize(n);
   Preintegration step;
   const bool bounded = frame.t - lost_at_ <= kMaxCoast;
-  if (bounded && n >= 2 && !has_gap &&
-      step.integrate(coast_imu_.span(), handover_->bg, handover_->ba, noise_)) {
-    *handover_ = step.predict(*handover_);
-  } else if (bounded) {
-    handover_->p_wb += handover_->v_wb * (frame.t - handover_->t).seconds();
+  const bool measured = n >= 2 && !has_gap &&
+                        step.integrate(coast_imu_.span(), handover_->bg, handover_->ba, noise_) &&
+                        credible(step, *handover_);
+  const NavState last = *handover_;
+  if (measured) *handover_ = step.predict(last);
+  if (!bounded) {
+    handover_->p_wb = last.p_wb;
+    handover_->v_wb.setZero();
+  } else if (!measured) {
+    handover_->p_wb += last.v_wb * (frame.t - last.t).seconds();
   }
   handover_->t = frame.t;
   if (!bounded) {

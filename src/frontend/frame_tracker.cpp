@@ -88,6 +88,11 @@ bool FrameTracker::track(const FrameView& frame, Timestamp t_imu,
   return true;
 }
 
+void FrameTracker::shift_clock(Duration shift) noexcept {
+  if (t_previous_) t_previous_ = *t_previous_ + shift;
+  motion_.forget_past();
+}
+
 void FrameTracker::reset() noexcept {
   num_tracks_ = 0;
   follower_.end_all();

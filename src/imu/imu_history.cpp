@@ -19,6 +19,31 @@ bool finite(const ImuSample& s) noexcept {
          std::ranges::all_of(s.accel_mps2, is_finite);
 }
 
+/// The largest ranges on the market: 4000 deg/s = 70 rad/s and 32 g = 314 m/s^2 (ICM-42688-P,
+/// ADXL-class parts); beyond is a broken number.
+constexpr double kMostGyro_radps = 75.0;
+constexpr double kMostAccel_mps2 = 350.0;
+
+bool in_range(const ImuSample& s) noexcept {
+  return std::ranges::all_of(s.gyro_radps,
+                             [](double v) { return std::abs(v) <= kMostGyro_radps; }) &&
+         std::ranges::all_of(s.accel_mps2, [](double v) { return std::abs(v) <= kMostAccel_mps2; });
+}
+
+// A jump by more than this from one sample to the next, at most 25 ms apart, must be confirmed by a
+// third. Ours: a hard landing shows 100 m/s^2 for longer than one sample.
+constexpr double kGyroJump_radps = 8.0;
+constexpr double kAccelJump_mps2 = 60.0;
+constexpr std::int64_t kJumpWithin_us = 25'000;
+
+bool jumps(const ImuSample& a, const ImuSample& b) noexcept {
+  for (std::size_t k = 0; k < 3; ++k)
+    if (std::abs(b.gyro_radps[k] - a.gyro_radps[k]) > kGyroJump_radps ||
+        std::abs(b.accel_mps2[k] - a.accel_mps2[k]) > kAccelJump_mps2)
+      return true;
+  return false;
+}
+
 }  // namespace
 
 bool ImuHistory::add(const ImuSample& sample) noexcept {
@@ -26,16 +51,41 @@ bool ImuHistory::add(const ImuSample& sample) noexcept {
     ++faults_.not_finite;
     return false;
   }
+  if (!in_range(sample)) {
+    ++faults_.implausible;
+    return false;
+  }
+  if (size_ == 0) {
+    append(sample);
+    return true;
+  }
+  const ImuSample& last = (*this)[size_ - 1];
+  const Timestamp newest = suspect_ ? suspect_->t : last.t;
+  if (sample.t <= newest) {
+    ++(sample.t == newest ? faults_.duplicates : faults_.backwards);
+    return false;
+  }
+  if (suspect_) {
+    const ImuSample suspect = *suspect_;
+    suspect_.reset();
+    const bool lone = jumps(suspect, sample) && !jumps(last, sample);
+    if (lone)
+      ++faults_.implausible;
+    else
+      append(suspect);
+    append(sample);
+    return true;
+  }
+  if ((sample.t - last.t).us <= kJumpWithin_us && jumps(last, sample))
+    suspect_ = sample;
+  else
+    append(sample);
+  return true;
+}
+
+void ImuHistory::append(const ImuSample& sample) noexcept {
   if (size_ > 0) {
     const Duration dt = sample.t - (*this)[size_ - 1].t;
-    if (dt.us == 0) {
-      ++faults_.duplicates;
-      return false;
-    }
-    if (dt.us < 0) {
-      ++faults_.backwards;
-      return false;
-    }
     if (dt > gap_threshold()) ++faults_.gaps;
     recent_dt_us_[dt_count_ % recent_dt_us_.size()] = dt.us;
     ++dt_count_;
@@ -47,13 +97,13 @@ bool ImuHistory::add(const ImuSample& sample) noexcept {
   }
   samples_[(head_ + size_) % samples_.size()] = sample;
   ++size_;
-  return true;
 }
 
 void ImuHistory::clear() noexcept {
   head_ = 0;
   size_ = 0;
   dt_count_ = 0;
+  suspect_.reset();
   released_ = Timestamp{std::numeric_limits<std::int64_t>::min()};
   faults_ = ImuFaults{};
 }

@@ -5,9 +5,9 @@
 namespace pled {
 namespace {
 
-std::int64_t monotonic_ns() noexcept {
+std::int64_t thread_cpu_ns() noexcept {
   timespec now{};
-  clock_gettime(CLOCK_MONOTONIC, &now);
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
   return static_cast<std::int64_t>(now.tv_sec) * 1'000'000'000 + now.tv_nsec;
 }
 
@@ -24,6 +24,7 @@ std::string_view to_string(Fault fault) noexcept {
     case Fault::kImuBackwards: return "imu_backwards";
     case Fault::kImuUnreadable: return "imu_unreadable";
     case Fault::kImuNotFinite: return "imu_not_finite";
+    case Fault::kImuImplausible: return "imu_implausible";
     case Fault::kFrameUnreadable: return "frame_unreadable";
     case Fault::kFrameOutOfOrder: return "frame_out_of_order";
     case Fault::kFrameWrongSize: return "frame_wrong_size";
@@ -48,8 +49,8 @@ std::string_view to_string(Stage stage) noexcept {
 }
 
 StageTimer::StageTimer(Health& health, Stage stage) noexcept
-    : histogram_(health.stage(stage)), started_ns_(monotonic_ns()) {}
+    : histogram_(health.stage(stage)), started_ns_(thread_cpu_ns()) {}
 
-StageTimer::~StageTimer() { histogram_.add_ns(monotonic_ns() - started_ns_); }
+StageTimer::~StageTimer() { histogram_.add_ns(thread_cpu_ns() - started_ns_); }
 
 }  // namespace pled

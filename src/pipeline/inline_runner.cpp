@@ -70,8 +70,10 @@ InlineRunner::Next InlineRunner::after_failed_read(Error error) noexcept {
 
 bool InlineRunner::play(const FrameView& frame, ResultSink& sink) noexcept {
   if (!end_.first_stamp_ns) {
+    sink.on_start();
     end_.first_stamp_ns = frame.stamp_ns;
     from_ = frame.t;
+    imu_from_ = pipeline_.frame_time(frame) - kImuLead;
   }
   end_.last_stamp_ns = std::max(end_.last_stamp_ns.value_or(frame.stamp_ns), frame.stamp_ns);
   feed_imu(pipeline_.frame_time(frame));
@@ -119,7 +121,7 @@ bool InlineRunner::read_imu(ImuSample& sample) noexcept {
 void InlineRunner::feed_imu(Timestamp until) noexcept {
   ImuSample sample;
   while (newest_imu_ < until && read_imu(sample)) {
-    if (sample.t < from_ - kImuLead) continue;
+    if (sample.t < imu_from_) continue;
     newest_imu_ = std::max(newest_imu_, sample.t);
     pipeline_.on_imu(sample);
   }

@@ -36,6 +36,7 @@ void VioPipeline::on_imu(const ImuSample& sample) noexcept {
   health_.set(Fault::kImuDuplicate, faults.duplicates);
   health_.set(Fault::kImuBackwards, faults.backwards);
   health_.set(Fault::kImuNotFinite, faults.not_finite);
+  health_.set(Fault::kImuImplausible, faults.implausible);
 }
 
 void VioPipeline::on_events(std::span<const Event> events) noexcept {
@@ -98,6 +99,7 @@ void VioPipeline::look_for_time_shift(Timestamp from, Timestamp to) noexcept {
   health_.count(Fault::kTimeShiftCorrected);
   frame_shift_ = frame_shift_ + *shift;
   last_frame_ = last_frame_ + *shift;
+  tracker_.shift_clock(*shift);
   backend_.forget_frames();
   time_shift_search_.reset();
   next_search_ = last_frame_ + kTrustClocks;

@@ -80,6 +80,10 @@ class FrameTracker {
              const std::optional<Eigen::Quaterniond>& R_prev_cur_cam,
              FrameMeasurement& out) noexcept;
 
+  /// Says that the times given so far were early by `shift`: the last frame is moved with the
+  /// clock, and what was compared by the gyro at the wrong times is forgotten. Tracks go on.
+  void shift_clock(Duration shift) noexcept;
+
   /// Ends all tracks. Ids go on, so none is used twice.
   void reset() noexcept;
 

@@ -23,6 +23,9 @@ class TrackMotion {
 
   void reset() noexcept;
 
+  /// Compares with no frame so far: the rotations between them were taken at wrong times.
+  void forget_past() noexcept { known_back_ = 0; }
+
   /// Once per frame, before judge(). nullopt: rotation unknown, the past cannot be compared.
   void advance(Timestamp t, const std::optional<Eigen::Quaterniond>& R_prev_cur) noexcept;
 

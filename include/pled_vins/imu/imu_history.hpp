@@ -17,10 +17,12 @@ namespace pled {
 
 /// What was wrong with the inertial stream, counted.
 struct ImuFaults {
-  std::uint64_t gaps = 0;         ///< dt > max(4 x median, 25 ms)
-  std::uint64_t duplicates = 0;   ///< same stamp as before: dropped
-  std::uint64_t backwards = 0;    ///< stamp below the last: dropped
-  std::uint64_t not_finite = 0;   ///< NaN or infinity: dropped
+  std::uint64_t gaps = 0;        ///< dt > max(4 x median, 25 ms)
+  std::uint64_t duplicates = 0;  ///< same stamp as before: dropped
+  std::uint64_t backwards = 0;   ///< stamp below the last: dropped
+  std::uint64_t not_finite = 0;  ///< NaN or infinity: dropped
+  std::uint64_t implausible =
+      0;  ///< beyond what such a sensor can measure, or a lone spike: dropped
   std::uint64_t overwritten = 0;  ///< samples that gave way before release_before() let go of them
 };
 
@@ -28,7 +30,9 @@ struct ImuFaults {
 /// gaps known. Fixed memory; the oldest sample gives way.
 class ImuHistory {
  public:
-  /// Appends one sample. False when it was dropped (and counted in faults()).
+  /// Appends one sample. False when it was dropped (and counted in faults()). One that jumps from
+  /// the last by more than a body does between samples is held back until the next: when that is
+  /// as before the jump, it was a spike, and dropped.
   bool add(const ImuSample& sample) noexcept;
   /// Forgets samples, median and faults.
   void clear() noexcept;
@@ -71,6 +75,7 @@ class ImuHistory {
     [[nodiscard]] std::size_t size() const noexcept { return count + 2; }
   };
 
+  void append(const ImuSample& sample) noexcept;
   [[nodiscard]] bool cover(Timestamp from, Timestamp to, Cover& c) const noexcept;
   [[nodiscard]] const ImuSample& covered(const Cover& c, std::size_t i) const noexcept;
   /// Index of the first sample at or after t; size() when there is none.
@@ -83,6 +88,7 @@ class ImuHistory {
   std::size_t size_ = 0;
   std::array<std::int64_t, 31> recent_dt_us_{};
   std::size_t dt_count_ = 0;
+  std::optional<ImuSample> suspect_;  ///< newer than all, not believed yet
   Timestamp released_{std::numeric_limits<std::int64_t>::min()};
   ImuFaults faults_;
 };

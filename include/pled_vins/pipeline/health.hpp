@@ -20,6 +20,7 @@ enum class Fault : std::uint8_t {
   kImuBackwards,
   kImuUnreadable,
   kImuNotFinite,
+  kImuImplausible,
   kFrameUnreadable,
   kFrameOutOfOrder,
   kFrameWrongSize,
@@ -67,7 +68,7 @@ class Health {
   std::array<LatencyHistogram, static_cast<std::size_t>(Stage::kCount)> stages_{};
 };
 
-/// Measures the time until it goes out of scope into one stage of `health`.
+/// Measures the CPU time of its thread until it goes out of scope into one stage of `health`.
 class StageTimer {
  public:
   StageTimer(Health& health, Stage stage) noexcept;

@@ -31,6 +31,8 @@ struct RunSpan {
 class ResultSink {
  public:
   virtual ~ResultSink() = default;
+  /// Once, when the first frame of the span has been read: what came before was only passed over.
+  virtual void on_start() noexcept {}
   /// False ends the run (for example when the results cannot be written).
   virtual bool on_frame(const FrameResult& result) noexcept = 0;
 };
@@ -77,7 +79,8 @@ class InlineRunner {
   std::optional<ImuSample> imu_ahead_;  ///< read, but not handed out yet
   std::uint64_t imu_leaps_ = 0;         ///< samples dropped because their stamp leapt ahead
   Timestamp newest_imu_{INT64_MIN};
-  Timestamp from_{INT64_MIN};
+  Timestamp from_{INT64_MIN};      ///< first frame of the span, camera's clock
+  Timestamp imu_from_{INT64_MIN};  ///< first inertial sample that may be of use
 };
 
 }  // namespace pled

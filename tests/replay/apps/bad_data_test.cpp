@@ -198,6 +198,21 @@ TEST_SUITE("apps.replay_bad_data") {
     CHECK(report["events"]["dropped"] == 2);
   }
 
+  TEST_CASE("one broken number in the inertial data is dropped, counted, and costs no accuracy") {
+    for (const char* number : {"2000", "-200", "1e9"}) {
+      CAPTURE(number);
+      const RecordingCopy recording;
+      std::vector<std::string> imu = recording.lines("imu.txt");
+      const std::size_t from = imu[350].find(' ') + 1;
+      imu[350].replace(from, imu[350].find(' ', from) - from, number);
+      recording.set_lines("imu.txt", imu);
+      const json report = report_of(recording);
+      CHECK(report["faults"] == json{{"imu_implausible", 1}});
+      CHECK(report["resets"] == 0);
+      CHECK(report["accuracy"]["ate_rmse_m"] < kLargestAte_m);
+    }
+  }
+
   TEST_CASE("one stamp far in the future costs its line, not the rest of the recording") {
     const RecordingCopy frames;
     std::vector<std::string> images = frames.lines("images.txt");

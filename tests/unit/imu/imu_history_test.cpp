@@ -78,6 +78,54 @@ TEST_SUITE("imu.history") {
     CHECK(h->faults().gaps == 0);
   }
 
+  TEST_CASE("a number that no sensor can give is dropped and counted") {
+    auto h = ramps(0, 5000, 10);
+    for (const double wild : {1e300, -2000.0, 351.0}) {
+      ImuSample s = ramp(50'000);
+      s.accel_mps2[1] = wild;
+      CHECK(!h->add(s));
+    }
+    ImuSample s = ramp(50'000);
+    s.gyro_radps[2] = -76.0;
+    CHECK(!h->add(s));
+    CHECK(h->faults().implausible == 4);
+    CHECK(h->add(ramp(50'000)));
+    CHECK(h->faults().gaps == 0);
+  }
+
+  TEST_CASE("a lone spike never gets in, what lasts does") {
+    auto h = ramps(0, 5000, 10);
+    ImuSample spike = ramp(50'000);
+    spike.accel_mps2[0] = 200.0;
+    CHECK(h->add(spike));  // may still be the truth
+    CHECK(h->size() == 10);
+    CHECK(!h->add(spike));  // the same again
+    CHECK(h->faults().duplicates == 1);
+    CHECK(h->add(ramp(55'000)));
+    CHECK(h->faults().implausible == 1);
+    CHECK(h->size() == 11);
+    CHECK((*h)[9].t.us == 45'000);
+    CHECK((*h)[10].t.us == 55'000);
+
+    auto landing = ramps(0, 5000, 10);
+    for (int k = 0; k < 2; ++k) {  // two samples at 150 m/s^2: something happened
+      ImuSample s = ramp(50'000 + 5000 * k);
+      s.accel_mps2[2] = 150.0;
+      CHECK(landing->add(s));
+    }
+    CHECK(landing->size() == 12);
+    CHECK(landing->add(ramp(60'000)));  // back at rest: may be a spike of its own
+    CHECK(landing->add(ramp(65'000)));
+    CHECK(landing->size() == 14);
+    CHECK(landing->faults().implausible == 0);
+
+    auto turn = ramps(0, 5000, 10);
+    ImuSample s = ramp(50'000);
+    s.gyro_radps[0] += 6.0;  // less than a jump
+    CHECK(turn->add(s));
+    CHECK(turn->size() == 11);
+  }
+
   TEST_CASE("the ends are interpolated to the microsecond and the middle is as measured") {
     const auto h = ramps(0, 5000, 10);
     auto out = poisoned();
