@@ -3,6 +3,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <cstring>
 
 #include <opencv2/core/hal/intrin.hpp>
 
@@ -19,6 +20,18 @@ inline constexpr int kLanes = 4;
   alignas(16) std::array<float, kLanes> lane;
   cv::v_store_aligned(lane.data(), v);
   return (lane[0] + lane[1]) + (lane[2] + lane[3]);
+}
+
+/// The values at origin + at[i] and their right neighbours. cv::v_lut_pairs loads each pair as an
+/// int, which half of the places are not aligned for.
+[[nodiscard]] inline cv::v_int16x8 pairs(const std::int16_t* origin,
+                                         const std::array<int, kLanes>& at) noexcept {
+  const auto load = [&](std::size_t lane) {
+    int two;
+    std::memcpy(&two, origin + at[lane], sizeof two);
+    return two;
+  };
+  return cv::v_reinterpret_as_s16(cv::v_int32x4(load(0), load(1), load(2), load(3)));
 }
 
 /// Scalar product of n values; n is a multiple of 8, both 16-byte aligned.
@@ -135,9 +148,8 @@ inline void sample_affine(ImageView<const std::int16_t> image, int x0, int y0, f
       const auto pair = [](const cv::v_int32x4& low, const cv::v_int32x4& high) {
         return cv::v_reinterpret_as_s16((low & cv::v_setall_s32(0xffff)) | (high << 16));
       };
-      const cv::v_int32x4 sum =
-          cv::v_dotprod(cv::v_lut_pairs(origin, at.data()), pair(w00, w01)) +
-          cv::v_dotprod(cv::v_lut_pairs(origin + image.stride, at.data()), pair(w10, w11));
+      const cv::v_int32x4 sum = cv::v_dotprod(pairs(origin, at), pair(w00, w01)) +
+                                cv::v_dotprod(pairs(origin + image.stride, at), pair(w10, w11));
       cv::v_store(out + v * lanes + u, cv::v_cvt_f32(sum) * unit);
     }
   }
