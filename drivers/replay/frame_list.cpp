@@ -1,5 +1,6 @@
 #include "drivers/replay/frame_list.hpp"
 
+#include <cstdlib>
 #include <utility>
 
 #include "drivers/decode/decimal.hpp"
@@ -9,6 +10,7 @@ namespace {
 
 constexpr int kNanoDigits = 9;
 constexpr std::size_t kMaxName = 4096;
+constexpr std::int64_t kFar_ns = 2'000'000'000;  ///< between stamps of one clock
 
 }  // namespace
 
@@ -42,16 +44,22 @@ Result<FrameList::Entry> FrameList::next(Message& message) noexcept {
     message.set("%s line %lld: the stamp is not between those around it; frame skipped",
                 path_.c_str(), number);
   }
+  if (!is_far()) last_stamp_ns_ = current_.stamp_ns;
   has_stamp_ = true;
-  last_stamp_ns_ = current_.stamp_ns;
   return Entry{current_.stamp_ns, current_.name, current_.number};
 }
 
+bool FrameList::is_far() const noexcept {
+  return has_stamp_ && std::llabs(current_.stamp_ns - last_stamp_ns_) > kFar_ns;
+}
+
 bool FrameList::is_out_of_order() const noexcept {
-  if (has_stamp_ && current_.stamp_ns <= last_stamp_ns_) return true;
-  const bool goes_on =
-      ahead_.error.code == ErrorCode::kNone && (!has_stamp_ || ahead_.stamp_ns > last_stamp_ns_);
-  return goes_on && ahead_.stamp_ns < current_.stamp_ns;
+  const bool goes_on = ahead_.error.code == ErrorCode::kNone &&
+                       (!has_stamp_ || (ahead_.stamp_ns > last_stamp_ns_ &&
+                                        ahead_.stamp_ns - last_stamp_ns_ <= kFar_ns));
+  if (goes_on && ahead_.stamp_ns < current_.stamp_ns) return true;
+  if (is_far() && !goes_on) return false;
+  return has_stamp_ && current_.stamp_ns <= last_stamp_ns_;
 }
 
 void FrameList::read(Line& line) noexcept {

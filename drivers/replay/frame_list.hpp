@@ -18,8 +18,9 @@ enum class FrameListFormat : std::uint8_t {
 
 /// The lines of images.txt, masks.txt or data.csv in the order of time. A stamp that
 /// is not later than the last one is skipped and counted; so is one that leaps ahead:
-/// later than that of the next line, which goes on from the last. One wrong stamp far
-/// in the future thus costs its line and not every frame after it.
+/// later than that of the next line, which goes on from the last. Several that
+/// lie more than two seconds off are given out as they are: whoever uses them must judge whether
+/// they are wrong or the clock was set.
 class FrameList {
  public:
   struct Entry {
@@ -53,6 +54,7 @@ class FrameList {
 
   void read(Line& line) noexcept;
   [[nodiscard]] bool is_out_of_order() const noexcept;
+  [[nodiscard]] bool is_far() const noexcept;
 
   LineReader lines_;
   std::string path_;

@@ -111,10 +111,17 @@ std::optional<Streams> open_streams(const replay::Recording& recording,
   return streams;
 }
 
-/// Time from the first frame to the last, as listed.
+/// How long the frames go on, as listed. Steps that only a wrong stamp or a clock that was set can
+/// make do not count.
 double recording_length_s(const replay::Recording& recording) {
+  constexpr double kLongestPause_s = 60.0;
   const std::vector<std::int64_t> stamps_ns = recording.frame_stamps_ns();
-  return stamps_ns.empty() ? 0.0 : static_cast<double>(stamps_ns.back() - stamps_ns.front()) * 1e-9;
+  double length_s = 0.0;
+  for (std::size_t k = 1; k < stamps_ns.size(); ++k) {
+    const double step_s = static_cast<double>(stamps_ns[k] - stamps_ns[k - 1]) * 1e-9;
+    if (step_s > 0.0 && step_s < kLongestPause_s) length_s += step_s;
+  }
+  return length_s;
 }
 
 /// Says when nothing of the recording is left behind the start.

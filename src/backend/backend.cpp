@@ -5,6 +5,8 @@
 
 #include <Eigen/Cholesky>
 
+#include "src/backend/credible.hpp"
+
 namespace pled {
 namespace {
 
@@ -14,7 +16,6 @@ constexpr double kMaxSpeed_mps = 50.0;
 constexpr double kMaxJump_m = 1.0;     ///< from the inertial prediction, within one frame
 constexpr std::size_t kFewPoints = 8;  ///< below, vision does not hold the pose
 constexpr Duration kMaxWeak = Duration::from_ms(1500);
-constexpr Duration kMaxCoast = Duration::from_ms(1000);
 constexpr Duration kDegradedAfterGap = Duration::from_ms(1000);
 
 std::array<double, 3> to_array(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
@@ -25,16 +26,6 @@ constexpr double kMostResidual_px = 3.5;
 BackendConfig for_start(BackendConfig config) {
   config.point_sigma_px = std::max(config.point_sigma_px, config.start_sigma_px);
   return config;
-}
-
-/// False when the mean force or turning rate over an interval is nothing that a body carrying a
-/// camera does: what came in was not a measurement.
-bool credible(const Preintegration& step, const NavState& from) noexcept {
-  constexpr double kMostForce_mps2 = 80.0;
-  constexpr double kMostTurn_radps = 40.0;
-  const double dt_s = step.dt_s();
-  return step.delta_v(from.bg, from.ba).norm() < kMostForce_mps2 * dt_s &&
-         Eigen::AngleAxisd(step.delta_q(from.bg)).angle() < kMostTurn_radps * dt_s;
 }
 
 ImuNoise scaled(ImuNoise noise, double factor) {
@@ -77,12 +68,6 @@ void Backend::start_from(const NavState& mean, const Vector15d& sigma) noexcept 
   given_start_ = prior;
 }
 
-void Backend::forget_frames() noexcept {
-  if (tracking_ || handover_) return;
-  bootstrap_.clear();
-  last_frame_t_ = Timestamp{};
-}
-
 void Backend::process(const FrameMeasurement& frame, const ImuHistory& imu,
                       BackendOutput& out) noexcept {
   out = BackendOutput{};
@@ -101,62 +86,6 @@ void Backend::process(const FrameMeasurement& frame, const ImuHistory& imu,
   }
   if (!tracking_ || !track(frame, imu, out)) begin(frame, imu, out);
   last_frame_t_ = frame.t;
-}
-
-void Backend::begin(const FrameMeasurement& frame, const ImuHistory& imu,
-                    BackendOutput& out) noexcept {
-  if (given_start_) {
-    window_.clear();
-    WindowState& state = *window_.push_state();
-    state.x = given_start_->mean;
-    state.keyframe = true;
-    state.prior = given_start_;
-    given_start_.reset();
-    book_.observe(window_, frame, 0);
-    out.refusal = StartRefusal::kNone;
-  } else {
-    coast(frame, imu, out);
-    set_point_noise(settings_, rig_, start_config_.point_sigma_px);
-    out.refusal = bootstrap_.attempt(frame, imu, belief_, book_, solver_, window_);
-    out.refusal_detail = bootstrap_.detail();
-    if (out.refusal != StartRefusal::kNone) return;
-    align_to_handover();
-  }
-  tracking_ = true;
-  point_noise_.reset();
-  set_point_noise(settings_, rig_, point_noise_.sigma_px());
-  weak_since_.reset();
-  still_.reset();
-  const WindowState& newest = window_.newest();
-  if (newest.still)
-    still_.begin(frame, newest.imu.span().last(std::min<std::size_t>(newest.imu.size(), 12)),
-                 newest.x, window_.state(0).x.t);
-  out.keyframe = true;
-  write_weights(frame, out);
-  write_pose(window_.newest().x, frame, EstimatorStatus::kTracking, out);
-}
-
-/// Moves a fresh window by position and yaw so that its newest state is where the last life of the
-/// estimator, carried on by the IMU, says: the output frame continues.
-void Backend::align_to_handover() noexcept {
-  if (!handover_) return;
-  const NavState& newest = window_.newest().x;
-  const Eigen::Quaterniond turn = handover_->q_wb * newest.q_wb.conjugate();
-  const Eigen::Matrix3d R = turn.toRotationMatrix();
-  const double yaw_rad = std::atan2(R(1, 0) - R(0, 1), R(0, 0) + R(1, 1));
-  const Eigen::Quaterniond yaw(Eigen::AngleAxisd(yaw_rad, Eigen::Vector3d::UnitZ()));
-  const Eigen::Vector3d shift = handover_->p_wb - yaw * newest.p_wb;
-  const auto move = [&](NavState& x) {
-    x.p_wb = yaw * x.p_wb + shift;
-    x.q_wb = (yaw * x.q_wb).normalized();
-    x.v_wb = yaw * x.v_wb;
-  };
-  for (std::size_t i = 0; i < window_.size(); ++i) {
-    move(window_.state(i).x);
-    // The tangent of a rotation is in the body frame, so only the mean of a prior moves.
-    if (window_.state(i).prior) move(window_.state(i).prior->mean);
-  }
-  handover_.reset();
 }
 
 bool Backend::append_state(const FrameMeasurement& frame, const ImuHistory& imu) noexcept {
@@ -289,56 +218,6 @@ Backend::Verdict Backend::check(const NavState& predicted, const SolveSummary& s
   }
   if (!weak_since_) weak_since_ = x.t;
   return x.t - *weak_since_ > kMaxWeak ? Verdict::kDiverged : Verdict::kWeak;
-}
-
-/// Gives the window up but not what is known: gravity and heading by the attitude, biases, and
-/// the last place and speed.
-void Backend::lose(const NavState& last, Timestamp t) noexcept {
-  tracking_ = false;
-  ++reset_counter_;
-  lost_at_ = t;
-  handover_ = last;
-  const bool usable = last.p_wb.allFinite() && last.v_wb.allFinite() &&
-                      last.q_wb.coeffs().allFinite() && last.bg.allFinite() && last.ba.allFinite();
-  if (!usable) handover_ = NavState{};
-  if (usable && last.bg.norm() < belief_.bg_sigma_radps * 5 &&
-      last.ba.norm() < belief_.ba_sigma_mps2 * 5) {
-    belief_.bg = last.bg;
-    belief_.ba = last.ba;
-  }
-  window_.clear();
-  bootstrap_.clear();
-}
-
-/// Carries the last good state on by the IMU alone, and gives it out for a short while. After that
-/// only the attitude goes on, for the heading to continue: a place found by the IMU alone is soon
-/// anywhere.
-void Backend::coast(const FrameMeasurement& frame, const ImuHistory& imu,
-                    BackendOutput& out) noexcept {
-  if (!handover_ || !(frame.t > handover_->t)) return;
-  bool has_gap = false;
-  (void)coast_imu_.resize(coast_imu_.capacity());
-  const std::size_t n = imu.interval(handover_->t, frame.t, coast_imu_.span(), has_gap);
-  (void)coast_imu_.resize(n);
-  Preintegration step;
-  const bool bounded = frame.t - lost_at_ <= kMaxCoast;
-  const bool measured = n >= 2 && !has_gap &&
-                        step.integrate(coast_imu_.span(), handover_->bg, handover_->ba, noise_) &&
-                        credible(step, *handover_);
-  const NavState last = *handover_;
-  if (measured) *handover_ = step.predict(last);
-  if (!bounded) {
-    handover_->p_wb = last.p_wb;
-    handover_->v_wb.setZero();
-  } else if (!measured) {
-    handover_->p_wb += last.v_wb * (frame.t - last.t).seconds();
-  }
-  handover_->t = frame.t;
-  if (!bounded) {
-    out.pose.status = EstimatorStatus::kLost;
-    return;
-  }
-  write_pose(*handover_, frame, EstimatorStatus::kDegraded, out);
 }
 
 void Backend::write_pose(const NavState& x, const FrameMeasurement& frame, EstimatorStatus status,

@@ -100,12 +100,16 @@ void ImuHistory::append(const ImuSample& sample) noexcept {
 }
 
 void ImuHistory::clear() noexcept {
+  forget_samples();
+  faults_ = ImuFaults{};
+}
+
+void ImuHistory::forget_samples() noexcept {
   head_ = 0;
   size_ = 0;
   dt_count_ = 0;
   suspect_.reset();
   released_ = Timestamp{std::numeric_limits<std::int64_t>::min()};
-  faults_ = ImuFaults{};
 }
 
 void ImuHistory::release_before(Timestamp t) noexcept { released_ = std::max(released_, t); }

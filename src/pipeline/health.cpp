@@ -25,6 +25,9 @@ std::string_view to_string(Fault fault) noexcept {
     case Fault::kImuUnreadable: return "imu_unreadable";
     case Fault::kImuNotFinite: return "imu_not_finite";
     case Fault::kImuImplausible: return "imu_implausible";
+    case Fault::kImuStampWild: return "imu_stamp_wild";
+    case Fault::kFrameStampWild: return "frame_stamp_wild";
+    case Fault::kClockJump: return "clock_jump";
     case Fault::kFrameUnreadable: return "frame_unreadable";
     case Fault::kFrameOutOfOrder: return "frame_out_of_order";
     case Fault::kFrameWrongSize: return "frame_wrong_size";

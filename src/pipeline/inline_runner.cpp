@@ -39,6 +39,10 @@ InlineRunner::Next InlineRunner::next_frame(const RunSpan& span, FrameView& fram
   }();
   if (!read.ok()) return after_failed_read(read.error());
   frame = read.value();
+  if (!stamp_holds(frame)) {
+    sources_.frames->release();
+    return Next::kSkip;
+  }
   if (!origin_) origin_ = frame.t;
   if (span.length && frame.t > *origin_ + span.start + *span.length) {
     sources_.frames->release();
@@ -49,6 +53,43 @@ InlineRunner::Next InlineRunner::next_frame(const RunSpan& span, FrameView& fram
     return Next::kSkip;
   }
   return Next::kFrame;
+}
+
+/// False for a wild stamp, which is counted. A clock that jumped is followed.
+bool InlineRunner::stamp_holds(const FrameView& frame) noexcept {
+  const std::optional<Timestamp> last = frame_guard_.last();
+  const StampGuard::Verdict verdict = frame_guard_.judge(frame.t);
+  if (verdict == StampGuard::Verdict::kWild) {
+    ++health_.frames.in;
+    ++health_.frames.dropped;
+    health_.count(Fault::kFrameStampWild);
+    return false;
+  }
+  if (verdict == StampGuard::Verdict::kJumped) {
+    *origin_ = *origin_ + (frame.t - *last);  // the span goes on by the new clock
+    from_ = imu_from_ = Timestamp{INT64_MIN};
+    newest_imu_ = Timestamp{INT64_MIN};
+    imu_guard_.restart(std::nullopt);
+    pipeline_.on_clock_jump();
+  }
+  return true;
+}
+
+bool InlineRunner::stamp_holds(const ImuSample& sample, Timestamp until) noexcept {
+  // Nothing to go on from: it must belong to the frame.
+  if (!imu_guard_.last() && sample.t > until) imu_guard_.restart(until);
+  const StampGuard::Verdict verdict = imu_guard_.judge(sample.t);
+  if (verdict == StampGuard::Verdict::kWild) {
+    ++health_.imu.in;
+    ++health_.imu.dropped;
+    health_.count(Fault::kImuStampWild);
+    return false;
+  }
+  if (verdict == StampGuard::Verdict::kJumped) {
+    newest_imu_ = Timestamp{INT64_MIN};
+    pipeline_.on_clock_jump();
+  }
+  return true;
 }
 
 InlineRunner::Next InlineRunner::after_failed_read(Error error) noexcept {
@@ -109,7 +150,9 @@ bool InlineRunner::read_imu(ImuSample& sample) noexcept {
     imu_ahead_ = next_readable_imu();
     // A stamp later than that of the next sample, which itself goes on from the ones before, is
     // wrong: believed, it would make every sample after it one that goes back.
-    const bool leaps = imu_ahead_ && imu_ahead_->t < sample.t && imu_ahead_->t > newest_imu_;
+    // Of leaps so long that a clock may have jumped, stamp_holds() decides.
+    const bool leaps = imu_ahead_ && imu_ahead_->t < sample.t && imu_ahead_->t > newest_imu_ &&
+                       sample.t - imu_ahead_->t <= StampGuard::kLongest;
     if (!leaps) return true;
     ++health_.imu.in;
     ++health_.imu.dropped;
@@ -121,7 +164,7 @@ bool InlineRunner::read_imu(ImuSample& sample) noexcept {
 void InlineRunner::feed_imu(Timestamp until) noexcept {
   ImuSample sample;
   while (newest_imu_ < until && read_imu(sample)) {
-    if (sample.t < imu_from_) continue;
+    if (!stamp_holds(sample, until) || sample.t < imu_from_) continue;
     newest_imu_ = std::max(newest_imu_, sample.t);
     pipeline_.on_imu(sample);
   }

@@ -39,6 +39,14 @@ void VioPipeline::on_imu(const ImuSample& sample) noexcept {
   health_.set(Fault::kImuImplausible, faults.implausible);
 }
 
+void VioPipeline::on_clock_jump() noexcept {
+  health_.count(Fault::kClockJump);
+  imu_.forget_samples();
+  has_last_frame_ = false;
+  output_.has_pose = false;
+  backend_.restart();
+}
+
 void VioPipeline::on_events(std::span<const Event> events) noexcept {
   health_.events.in += events.size();
 }

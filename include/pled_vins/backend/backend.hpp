@@ -60,6 +60,9 @@ class Backend {
 
   /// Before the first start: forgets the frames collected for it, because their times were wrong.
   void forget_frames() noexcept;
+  /// Forgets everything but place, heading and biases, and the times of what was seen; the next
+  /// frames start anew.
+  void restart() noexcept;
 
   /// Covariance of the newest pose (p, theta), from the normal equations at the estimate;
   /// nullopt when not tracking or singular. Not for the data path: some milliseconds.

@@ -36,6 +36,8 @@ class ImuHistory {
   bool add(const ImuSample& sample) noexcept;
   /// Forgets samples, median and faults.
   void clear() noexcept;
+  /// Forgets samples and median, for instance because another clock stamps from here on.
+  void forget_samples() noexcept;
   /// Says that samples before `t` are no longer needed. They stay readable until their place is
   /// needed; giving way is then no fault.
   void release_before(Timestamp t) noexcept;

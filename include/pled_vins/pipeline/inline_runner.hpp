@@ -9,6 +9,7 @@
 #include "pled_vins/hal/imu_source.hpp"
 #include "pled_vins/pipeline/event_feed.hpp"
 #include "pled_vins/pipeline/health.hpp"
+#include "pled_vins/pipeline/stamp_guard.hpp"
 #include "pled_vins/pipeline/vio_pipeline.hpp"
 
 namespace pled {
@@ -61,6 +62,8 @@ class InlineRunner {
   enum class Next : std::uint8_t { kFrame, kSkip, kEnd };
 
   [[nodiscard]] Next next_frame(const RunSpan& span, FrameView& frame) noexcept;
+  [[nodiscard]] bool stamp_holds(const FrameView& frame) noexcept;
+  [[nodiscard]] bool stamp_holds(const ImuSample& sample, Timestamp until) noexcept;
   [[nodiscard]] Next after_failed_read(Error error) noexcept;
   [[nodiscard]] bool play(const FrameView& frame, ResultSink& sink) noexcept;
   void feed_imu(Timestamp until) noexcept;
@@ -74,6 +77,8 @@ class InlineRunner {
   RunSources sources_;
   RunEnd end_;
   EventFeed event_feed_;
+  StampGuard frame_guard_{5};  ///< a quarter of a second at 20 Hz
+  StampGuard imu_guard_{20};
   std::optional<Timestamp> origin_;
   bool imu_ended_ = false;
   std::optional<ImuSample> imu_ahead_;  ///< read, but not handed out yet

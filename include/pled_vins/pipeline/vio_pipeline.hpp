@@ -41,6 +41,10 @@ class VioPipeline {
   /// one) must have come before. False when the frame was dropped and counted.
   [[nodiscard]] bool on_frame(const FrameView& frame, FrameResult& result) noexcept;
 
+  /// From here on another clock stamps everything: what was measured before cannot be joined.
+  /// The estimator starts anew at the place it had.
+  void on_clock_jump() noexcept;
+
   /// Mid-exposure of `frame` on the estimator clock.
   [[nodiscard]] Timestamp frame_time(const FrameView& frame) const noexcept;
 

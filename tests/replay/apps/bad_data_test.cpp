@@ -1,6 +1,7 @@
 // Faults inside a recording: counted, told, and survived. Nothing is lost before the fault.
 
 #include <cmath>
+#include <cstdio>
 #include <filesystem>
 #include <string>
 #include <utility>
@@ -47,7 +48,59 @@ std::vector<std::string> undisturbed_before(double t_s) {
   return before(*recording, t_s);
 }
 
+/// Adds to the stamps of up to `count` lines, from the first that is stamped at or after `from_s`.
+void shift_stamps(const RecordingCopy& recording, const std::string& file, double from_s,
+                  double shift_s, std::size_t count) {
+  std::vector<std::string> lines = recording.lines(file);
+  for (std::string& line : lines) {
+    if (line.empty() || line[0] == '#' || count == 0 || std::stod(line) < from_s) continue;
+    char stamp[40];
+    std::snprintf(stamp, sizeof stamp, "%.9f", std::stod(line) + shift_s);
+    line.replace(0, line.find(' '), stamp);
+    --count;
+  }
+  recording.set_lines(file, lines);
+}
+
 TEST_SUITE("apps.replay_bad_data") {
+  TEST_CASE("a few stamps far ahead or far back lose those samples and nothing else") {
+    for (const double leap_s : {1000.0, -1000.0}) {
+      CAPTURE(leap_s);
+      const RecordingCopy recording;
+      // Back beyond zero no clock reaches: all times are moved on first.
+      for (const char* file : {"images.txt", "imu.txt", "groundtruth.txt"})
+        shift_stamps(recording, file, -1e9, 2000.0, 1'000'000);
+      shift_stamps(recording, "imu.txt", 2001.2, leap_s, 2);
+      shift_stamps(recording, "images.txt", 2001.5, leap_s, 2);
+      const json report = report_of(recording);
+      // The line after a wild one that goes on from before it tells the list itself.
+      CHECK(report["faults"] ==
+            json{{"frame_out_of_order", 1}, {"frame_stamp_wild", 1}, {"imu_stamp_wild", 2}});
+      CHECK(report["frames"] == json{{"in", kFrames}, {"used", kFrames - 2}, {"dropped", 2}});
+      CHECK(report["imu"]["dropped"] == 2);
+      CHECK(report["resets"] == 0);
+      CHECK(report["accuracy"]["ate_rmse_m"] < kLargestAte_m);
+      CHECK(read_tum(recording.out() / kTrajectory).back().t_s == doctest::Approx(2002.45));
+    }
+  }
+
+  TEST_CASE("a clock that is set, forward or back, is followed after a few samples and told") {
+    for (const double leap_s : {1000.0, -1000.0}) {
+      CAPTURE(leap_s);
+      const RecordingCopy recording;
+      for (const char* file : {"images.txt", "imu.txt"}) {
+        shift_stamps(recording, file, -1e9, 2000.0, 1'000'000);
+        shift_stamps(recording, file, 2001.2, leap_s, 1'000'000);
+      }
+      const json report = report_of(recording);
+      CHECK(report["faults"]["clock_jump"] >= 1);
+      CHECK(report["faults"]["frame_stamp_wild"] == 4);
+      CHECK(report["resets"] >= 1);
+      CHECK(read_tum(recording.out() / kTrajectory).back().t_s ==
+            doctest::Approx(2002.45 + leap_s));
+    }
+  }
+
   TEST_CASE("a truncated image in the middle is one frame lost and counted, the others are used") {
     const RecordingCopy recording;
     const std::string name = "images/frame_00000030.png";
