@@ -154,9 +154,10 @@ bool run_replay(const ReplayOptions& options) {
   replay::Problems problems;
   Result<replay::Recording> opened = replay::Recording::open(options.recording, problems);
   if (opened.ok()) {
-    const bool complete = opened.value().require(replay::Stream::kFrames, problems).ok() &
-                          opened.value().require(replay::Stream::kImu, problems).ok();
-    if (!complete && problems.empty()) print_error("the recording lacks frames or inertial data");
+    const bool frames = opened.value().require(replay::Stream::kFrames, problems).ok();
+    const bool inertial = opened.value().require(replay::Stream::kImu, problems).ok();
+    if (!(frames && inertial) && problems.empty())
+      print_error("the recording lacks frames or inertial data");
   }
   if (print_problems(problems) || !opened.ok()) return false;
   replay::Recording& recording = opened.value();

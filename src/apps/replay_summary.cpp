@@ -121,8 +121,10 @@ bool tell_failures(const RunEnd& end) {
                 "; the results hold everything up to there");
     return false;
   };
-  return tell(end.imu_failure, "inertial data") & tell(end.event_failure, "events") &
-         tell(end.frame_failure, "frames");
+  const bool imu = tell(end.imu_failure, "inertial data");
+  const bool events = tell(end.event_failure, "events");
+  const bool frames = tell(end.frame_failure, "frames");
+  return imu && events && frames;
 }
 
 void tell_time_shift(const ReplayFacts& facts) {
