@@ -2,6 +2,8 @@
 
 #include <ctime>
 
+#include <sys/resource.h>
+
 #include "src/apps/allocation_counter.hpp"
 
 namespace pled::apps {
@@ -13,6 +15,12 @@ double process_cpu_s() {
   return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
 }
 
+std::uint64_t process_peak_rss_bytes() {
+  rusage usage{};
+  getrusage(RUSAGE_SELF, &usage);
+  return static_cast<std::uint64_t>(usage.ru_maxrss) * 1024;
+}
+
 }  // namespace
 
 void ReplayMeters::start() {
@@ -22,6 +30,7 @@ void ReplayMeters::start() {
 }
 
 void ReplayMeters::stop() {
+  peak_rss_bytes_ = process_peak_rss_bytes();
   if (!running_) return;
   running_ = false;
   cpu_s_ = process_cpu_s() - cpu_s_;

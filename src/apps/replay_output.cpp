@@ -16,10 +16,8 @@ bool ReplayOutput::on_frame(const FrameResult& result) noexcept {
   if (backend.has_pose) {
     const PoseEstimate& pose = result.pose_at_stamp;
     ok = poses_.write(pose).ok() && ok;
-    const auto& p = pose.p_world_body_m;
-    const auto& q = pose.q_world_body_xyzw;
-    trajectory_.push_back({pose.stamp_ns, Pose{Eigen::Quaterniond(q[3], q[0], q[1], q[2]),
-                                               Eigen::Vector3d(p[0], p[1], p[2])}});
+    if (!first_pose_ns_) first_pose_ns_ = pose.stamp_ns;
+    ++poses_written_;
   } else {
     last_refusal_ = to_string(backend.refusal);
   }
@@ -33,11 +31,6 @@ std::string ReplayOutput::close() {
   if (!poses_.close()) problem = poses_.error();
   if (!features_.close() && problem.empty()) problem = features_.error();
   return problem;
-}
-
-std::optional<std::int64_t> ReplayOutput::first_pose_ns() const noexcept {
-  if (trajectory_.empty()) return std::nullopt;
-  return trajectory_.front().stamp_ns;
 }
 
 }  // namespace pled::apps

@@ -6,7 +6,6 @@
 #include <string>
 #include <string_view>
 
-#include "pled_vins/evaluation/trajectory.hpp"
 #include "pled_vins/pipeline/inline_runner.hpp"
 #include "src/apps/output_features.hpp"
 #include "src/apps/output_trajectory.hpp"
@@ -15,8 +14,8 @@
 
 namespace pled::apps {
 
-/// Writes each frame's results as they come and keeps the trajectory for the
-/// comparison with the truth.
+/// Writes each frame's results as they come and keeps none of them: a replay needs no more memory
+/// for a longer recording.
 class ReplayOutput final : public ResultSink {
  public:
   /// Starts `meters` at the first frame that is played.
@@ -29,8 +28,10 @@ class ReplayOutput final : public ResultSink {
   /// Closes the files. Returns what could not be written, empty when all was.
   [[nodiscard]] std::string close();
 
-  [[nodiscard]] const Trajectory& trajectory() const noexcept { return trajectory_; }
-  [[nodiscard]] std::optional<std::int64_t> first_pose_ns() const noexcept;
+  [[nodiscard]] std::uint64_t poses() const noexcept { return poses_written_; }
+  [[nodiscard]] std::optional<std::int64_t> first_pose_ns() const noexcept {
+    return first_pose_ns_;
+  }
   /// Why the estimator has not started, as of the last frame without a pose.
   [[nodiscard]] std::string_view last_refusal() const noexcept { return last_refusal_; }
 
@@ -39,7 +40,8 @@ class ReplayOutput final : public ResultSink {
   ReplayMeters& meters_;
   TrajectoryWriter poses_;
   FeaturesWriter features_;
-  Trajectory trajectory_;
+  std::uint64_t poses_written_ = 0;
+  std::optional<std::int64_t> first_pose_ns_;
   std::optional<std::int64_t> first_frame_ns_;
   std::string_view last_refusal_;
 };

@@ -3,9 +3,8 @@
 #include <array>
 #include <cstdio>
 #include <string>
+#include <variant>
 #include <vector>
-
-#include <sys/resource.h>
 
 #include "pled_vins/evaluation/evaluate.hpp"
 #include "src/apps/output_report.hpp"
@@ -13,12 +12,6 @@
 
 namespace pled::apps {
 namespace {
-
-std::uint64_t peak_rss_bytes() {
-  rusage usage{};
-  getrusage(RUSAGE_SELF, &usage);
-  return static_cast<std::uint64_t>(usage.ru_maxrss) * 1024;
-}
 
 /// The frames that were played, for the coverage: the recording's stamps in the span.
 std::optional<FrameSpan> played_frames(const ReplayFacts& facts) {
@@ -54,11 +47,18 @@ Trajectory read_truth(const replay::Recording& recording) {
   return truth;
 }
 
-AccuracyReport accuracy(const ReplayFacts& facts, const ReplayOutput& output) {
+/// Compares what was written with the truth. Only here, after the run, memory grows with the
+/// length.
+AccuracyReport accuracy(const ReplayFacts& facts) {
   if (!facts.recording.has(replay::Stream::kTruth)) return {};
+  const auto written = read_trajectory(facts.options.out + "/" + TrajectoryWriter::kFileName);
+  if (const auto* error = std::get_if<FileError>(&written)) {
+    print_error(error->message());
+    return {};
+  }
   const Trajectory truth = read_truth(facts.recording);
   if (truth.empty()) return {};
-  const Evaluation e = evaluate(output.trajectory(), truth, played_frames(facts));
+  const Evaluation e = evaluate(std::get<Trajectory>(written), truth, played_frames(facts));
   return {e.ate_rmse_m, e.mpe_percent, e.rpe_trans_m, e.rpe_rot_deg, e.coverage};
 }
 
@@ -98,7 +98,7 @@ ReplayReport make_report(const ReplayFacts& facts, const ReplayOutput& output) {
     if (const auto first = output.first_pose_ns())
       report.initialised_at_s = static_cast<double>(*first - *facts.end.first_stamp_ns) * 1e-9;
   }
-  report.accuracy = accuracy(facts, output);
+  report.accuracy = accuracy(facts);
   report.stages = stage_reports(health);
   if (health.frames.used > 0)
     report.cpu_ms_per_frame = 1e3 * facts.meters.cpu_s() / static_cast<double>(health.frames.used);
@@ -108,7 +108,8 @@ ReplayReport make_report(const ReplayFacts& facts, const ReplayOutput& output) {
   report.frames = flow(health.frames);
   report.frames->in += facts.frame_faults.out_of_order;  // these never reach the pipeline
   report.frames->dropped += facts.frame_faults.out_of_order;
-  report.memory = {static_bytes(facts.sensor), peak_rss_bytes(), facts.meters.allocations()};
+  report.memory = {static_bytes(facts.sensor), facts.meters.peak_rss_bytes(),
+                   facts.meters.allocations()};
   report.resets = health.faults(Fault::kEstimatorReset);
   return report;
 }
@@ -142,7 +143,8 @@ void print_summary(const ReplayReport& report, const ReplayOutput& output,
                    const ReplayFacts& facts) {
   std::printf("%-15s %s\n", "trajectory",
               (facts.options.out + "/" + TrajectoryWriter::kFileName).c_str());
-  std::printf("%-15s %zu of %llu frames\n", "poses", output.trajectory().size(),
+  std::printf("%-15s %llu of %llu frames\n", "poses",
+              static_cast<unsigned long long>(output.poses()),
               static_cast<unsigned long long>(report.frames->used));
   const auto figure = [](const char* name, const std::optional<double>& value, const char* unit) {
     if (value) std::printf("%-15s %.4g %s\n", name, *value, unit);
@@ -174,7 +176,7 @@ bool finish_replay(const ReplayFacts& facts, ReplayOutput& output) {
   print_summary(report, output, facts);
   tell_time_shift(facts);
   const bool read_all = tell_failures(facts.end);
-  if (output.trajectory().empty() && !output.last_refusal().empty())
+  if (output.poses() == 0 && !output.last_refusal().empty())
     print_note("the estimator never started: " + std::string(output.last_refusal()));
   return problem.empty() && report_problem.empty() && read_all;
 }
