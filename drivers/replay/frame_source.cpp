@@ -19,7 +19,7 @@ constexpr std::size_t kMaxPath = 4096;
 FrameFileSource::FrameFileSource(FrameList list, Options options)
     : list_(std::move(list)),
       options_(std::move(options)),
-      reader_(options_.max),
+      reader_(options_.max, options_.one_size),
       slots_(options_.slots, std::vector<std::uint8_t>(pixels_of(options_.max))) {
   PLED_CHECK(options_.slots >= 1);
   path_.reserve(kMaxPath);

@@ -30,6 +30,7 @@ class FrameFileSource final : public FrameSource {
     FrameListFormat format = FrameListFormat::kRpg;
     ImageSize max;          ///< larger images are refused
     std::size_t slots = 2;  ///< frames that may be held at once, >= 1
+    bool one_size = false;  ///< smaller ones too: the size is known to be `max`, else the first's
   };
 
   /// Errors: File::open's for the list.
@@ -40,7 +41,7 @@ class FrameFileSource final : public FrameSource {
   /// skipped and counted; so is one whose stamp leaps ahead: later than that of the
   /// next line, which goes on from the last. Errors: kTruncated, kCorrupt (this frame is lost and
   /// counted, also when its file is missing, its line does not read or its size
-  /// is not the first one's: last_message() says; call again), kTimeout (every
+  /// is another: last_message() says; call again), kTimeout (every
   /// slot is held), kEndOfStream, kIoFailure (final). Detail: line of the list.
   Result<FrameView> acquire(Duration timeout) noexcept override;
   void release() noexcept override;

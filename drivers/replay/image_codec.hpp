@@ -17,6 +17,7 @@ struct ImageSize {
 /// What one image is decoded into. Everything is the caller's memory.
 struct DecodeTarget {
   ImageSize max;                   ///< larger images are refused before anything is allocated
+  bool exact = false;              ///< so are smaller ones
   bool header_only = false;        ///< stop when the size is known
   std::span<std::uint8_t> pixels;  ///< row-major, stride = width; max.width * max.height
   std::span<std::uint8_t> row;     ///< scratch of max.width * 3
@@ -37,7 +38,7 @@ struct DecodeTarget {
 [[nodiscard]] Result<ImageSize> decode_jpeg(ImageBytes& in, const DecodeTarget& target,
                                             Message& message) noexcept;
 
-/// False, with words, when the declared size is not in 1..max.
+/// False, with words, when the declared size is not in 1..max, or not `max` if that is exact.
 [[nodiscard]] bool size_is_allowed(std::uint32_t width, std::uint32_t height,
                                    const DecodeTarget& target, Message& message) noexcept;
 

@@ -28,8 +28,9 @@ Result<ImageSize> ImageReader::probe(const char* path) noexcept {
   return decode(path, target);
 }
 
-ImageReader::ImageReader(ImageSize max)
+ImageReader::ImageReader(ImageSize max, bool exact)
     : max_(max),
+      exact_(exact),
       in_(std::make_unique<ImageBytes>()),
       row_(static_cast<std::size_t>(max.width_px) * 3),
       rows_(static_cast<std::size_t>(max.height_px)),
@@ -37,6 +38,7 @@ ImageReader::ImageReader(ImageSize max)
 
 Result<ImageSize> ImageReader::decode(const char* path, DecodeTarget& target) noexcept {
   target.max = max_;
+  target.exact = exact_;
   target.row = row_;
   target.rows = rows_;
   target.arena = arena_;
@@ -66,12 +68,13 @@ Result<ImageSize> ImageReader::decode(const char* path, DecodeTarget& target) no
 
 bool size_is_allowed(std::uint32_t width, std::uint32_t height, const DecodeTarget& target,
                      Message& message) noexcept {
-  if (width >= 1 && height >= 1 && width <= static_cast<std::uint32_t>(target.max.width_px) &&
-      height <= static_cast<std::uint32_t>(target.max.height_px)) {
-    return true;
-  }
-  message.set("%ux%u pixels; at most %dx%d can be read", width, height, target.max.width_px,
-              target.max.height_px);
+  const auto max_width = static_cast<std::uint32_t>(target.max.width_px);
+  const auto max_height = static_cast<std::uint32_t>(target.max.height_px);
+  const bool fits = width >= 1 && height >= 1 && width <= max_width && height <= max_height;
+  if (fits && (!target.exact || (width == max_width && height == max_height))) return true;
+  message.set(target.exact ? "%ux%u pixels; the recording's images have %ux%u"
+                           : "%ux%u pixels; at most %ux%u can be read",
+              width, height, max_width, max_height);
   return false;
 }
 

@@ -16,8 +16,8 @@ namespace pled::replay {
 /// while it decodes, and gives everything back.
 class ImageReader {
  public:
-  /// Images up to `max` are read, larger ones refused.
-  explicit ImageReader(ImageSize max);
+  /// Images up to `max` are read, larger ones refused; with `exact`, smaller ones too.
+  explicit ImageReader(ImageSize max, bool exact = false);
 
   /// Decodes a file into the front of `pixels` (at least max.width * max.height),
   /// row-major, stride = width. Errors: File::open's, kTruncated, kCorrupt,
@@ -34,6 +34,7 @@ class ImageReader {
   [[nodiscard]] Result<ImageSize> decode(const char* path, DecodeTarget& target) noexcept;
 
   ImageSize max_;
+  bool exact_;
   std::unique_ptr<ImageBytes> in_;
   std::vector<std::uint8_t> row_;
   std::vector<std::uint8_t*> rows_;

@@ -63,12 +63,15 @@ class Recording {
   /// Says in words, as an error, that a needed stream is not there.
   [[nodiscard]] Result<void> require(Stream stream, Problems& problems) const;
 
-  /// From the RAW header, else the size of the frames, else zero: then the
-  /// calibration must say it through set_event_size().
+  /// From the RAW header, else zero: then the calibration of the event camera must say
+  /// it through set_event_size().
   [[nodiscard]] ImageSize event_size() const noexcept { return event_size_; }
   void set_event_size(ImageSize size) noexcept { event_size_ = size; }
-  /// Of the first readable image; zero without any.
+  /// Of the first readable image, or as set; zero without any.
   [[nodiscard]] ImageSize frame_size() const noexcept { return frame_size_; }
+  /// What the calibration of the frame camera says: open_frames() then refuses images of
+  /// another size one by one. False, and nothing changed, when no readable image has it.
+  [[nodiscard]] bool set_frame_size(ImageSize size);
 
   /// Each opens its stream from the beginning, as often as wanted. The error has
   /// its words in `problems`; kNotFound when the stream is not there.
@@ -90,6 +93,7 @@ class Recording {
   void find_euroc_files(const std::string& mav0, Problems& problems);
   [[nodiscard]] bool look_at_events(Problems& problems);
   void look_at_frames(Problems& problems);
+  [[nodiscard]] FrameFileSource::Options frame_options(ImageSize size, std::size_t slots) const;
   [[nodiscard]] const std::string& path_of(Stream stream) const noexcept;
 
   Layout layout_ = Layout::kRpg;

@@ -72,7 +72,11 @@ void say_faults(std::vector<std::string>& problems, const std::string& file,
 [[nodiscard]] Result<EventInfo> survey_events(const Recording& recording, Problems& problems,
                                               std::vector<std::string>& words, Progress& progress) {
   Recording sized = recording;
-  if (recording.event_size() == ImageSize{}) sized.set_event_size(kAnySensor);
+  const ImageSize told = recording.event_size();
+  // Also when the calibration tells of a sensor that no encoding can address.
+  if (told == ImageSize{} || told.width_px > kAnySensor.width_px ||
+      told.height_px > kAnySensor.height_px)
+    sized.set_event_size(kAnySensor);
   auto opened = sized.open_events(problems);
   if (!opened.ok()) return opened.error();
   RawFileSource& source = *opened.value().source;
@@ -81,8 +85,8 @@ void say_faults(std::vector<std::string>& problems, const std::string& file,
 
   EventInfo info;
   info.present = true;
-  info.width = recording.event_size().width_px;
-  info.height = recording.event_size().height_px;
+  info.width = told.width_px;
+  info.height = told.height_px;
   std::vector<Event> events(limits::kChunkBytes);
   while (true) {
     const auto chunk = source.acquire(Duration{});

@@ -14,6 +14,8 @@
 #include "src/apps/json_number.hpp"
 #include "src/apps/problems.hpp"
 #include "src/apps/progress.hpp"
+#include "src/apps/recording_sizes.hpp"
+#include "src/apps/settings.hpp"
 #include "src/apps/text.hpp"
 
 namespace pled::apps {
@@ -83,21 +85,26 @@ class InfoCommand final : public Command {
   }
   std::string_view examples() const noexcept override {
     return "  pled-vins info recording\n"
-           "  pled-vins info recording/events.raw --json";
+           "  pled-vins info recording/events.raw --json\n"
+           "  pled-vins info recording --config my.yaml";
   }
 
   void declare(CLI::App& app) override {
     app.add_option("RECORDING", path_, "Recording folder, EuRoC mav0 folder or event file")
         ->required();
+    app.add_option("--config", config_,
+                   "Settings file (YAML): which camera gives the events, where the calibration is");
     app.add_flag("--json", json_, "Print JSON");
   }
 
   ExitCode run() override {
+    const std::optional<AppConfig> config = settings(config_);
+    if (!config) return ExitCode::kFailed;
     replay::Problems problems;
     auto recording = replay::Recording::open(path_, problems);
     if (!recording.ok()) return failed(problems);
     std::vector<std::string> words;
-    read_calibration(recording.value(), words);
+    apply_calibration(*config, recording.value(), words);
     Progress progress = Progress::share_on_stderr();
     const auto info =
         replay::survey(recording.value(), problems, [&](double share) { progress.update(share); });
@@ -115,18 +122,26 @@ class InfoCommand final : public Command {
   }
 
  private:
-  /// The size of an event camera whose file does not tell it. A calibration that is
-  /// there but cannot be read is one of the recording's problems.
-  void read_calibration(replay::Recording& recording, std::vector<std::string>& words) const {
-    if (recording.files().camchain.empty()) return;
-    const auto loaded = load_camchain(recording.files().camchain, recording.files().calib);
+  /// The sizes of the cameras. A calibration that cannot be read or contradicts the data
+  /// is one of the recording's problems.
+  void apply_calibration(const AppConfig& config, replay::Recording& recording,
+                         std::vector<std::string>& words) const {
+    if (recording.files().camchain.empty() && config.calibration.camchain.empty()) {
+      // Without a calibration nothing tells of a second camera: a DAVIS is both in one.
+      if (recording.event_size() == replay::ImageSize{})
+        recording.set_event_size(recording.frame_size());
+      return;
+    }
+    const auto loaded = load_recording_cameras(path_, config);
     if (const auto* error = std::get_if<ConfigError>(&loaded)) {
       words.push_back(error->message());
       return;
     }
-    const CameraCalibration& camera = std::get<std::vector<NamedCamera>>(loaded).front().camera;
-    if (recording.event_size().width_px == 0)
-      recording.set_event_size({camera.width_px, camera.height_px});
+    const auto& calibration = std::get<LoadedCalibration>(loaded);
+    words.insert(words.end(), calibration.notes.begin(), calibration.notes.end());
+    std::string problem = apply_calibrated_sizes(recording, calibration.rig);
+    if (!problem.empty()) words.push_back(problem);
+    if (problem.empty() && sensor_class(recording, problem) == nullptr) words.push_back(problem);
   }
 
   static ExitCode failed(const replay::Problems& problems) {
@@ -135,6 +150,7 @@ class InfoCommand final : public Command {
   }
 
   std::string path_;
+  std::string config_;
   bool json_ = false;
 };
 

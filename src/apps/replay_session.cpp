@@ -16,22 +16,14 @@
 #include "src/apps/output_file.hpp"
 #include "src/apps/output_report.hpp"
 #include "src/apps/problems.hpp"
+#include "src/apps/recording_sizes.hpp"
 #include "src/apps/replay_output.hpp"
 #include "src/apps/replay_summary.hpp"
+#include "src/apps/settings.hpp"
 #include "src/apps/text.hpp"
 
 namespace pled::apps {
 namespace {
-
-std::optional<AppConfig> settings(const std::string& file) {
-  if (file.empty()) return AppConfig{};
-  auto loaded = load_config(file);
-  if (const auto* error = std::get_if<ConfigError>(&loaded)) {
-    print_error(error->message());
-    return std::nullopt;
-  }
-  return std::get<AppConfig>(std::move(loaded));
-}
 
 std::optional<RigCalibration> calibration(const std::string& recording, const AppConfig& config) {
   auto loaded = load_calibration(recording, config);
@@ -42,40 +34,6 @@ std::optional<RigCalibration> calibration(const std::string& recording, const Ap
   const auto& calibration = std::get<LoadedCalibration>(loaded);
   for (const std::string& note : calibration.notes) print_note(note);
   return calibration.rig;
-}
-
-/// The class whose storage serves this recording; null, with words, when none does.
-const limits::SensorClass* sensor_class(const replay::Recording& recording) {
-  const int width = std::max(recording.frame_size().width_px, recording.event_size().width_px);
-  const int height = std::max(recording.frame_size().height_px, recording.event_size().height_px);
-  const limits::SensorClass* sensor = smallest_class(width, height);
-  const std::string size = std::to_string(width) + "x" + std::to_string(height);
-  if (sensor == nullptr) {
-    const limits::SensorClass& largest = limits::kSensorClasses.back();
-    print_error("the recording's sensor has " + size + " pixels; the largest class is " +
-                std::string(largest.name) + " (" + std::to_string(largest.width_px) + "x" +
-                std::to_string(largest.height_px) + "): scale the recording down");
-    return nullptr;
-  }
-  if (has_storage(*sensor)) return sensor;
-  for (const limits::SensorClass& other : limits::kSensorClasses)
-    if (has_storage(other) && width <= other.width_px && height <= other.height_px) return &other;
-  print_error("the recording's sensor has " + size + " pixels; this build has no memory for it: " +
-              "build with -DPLED_SENSOR=" + std::string(sensor->name));
-  return nullptr;
-}
-
-bool sizes_agree(const replay::Recording& recording, const RigCalibration& rig) {
-  const CameraCalibration& camera = rig.cameras[rig.frame_camera];
-  const replay::ImageSize size = recording.frame_size();
-  if (camera.width_px == size.width_px && camera.height_px == size.height_px) return true;
-  print_error("the frames have " + std::to_string(size.width_px) + "x" +
-              std::to_string(size.height_px) +
-              " pixels but the calibration of the frame camera says " +
-              std::to_string(camera.width_px) + "x" + std::to_string(camera.height_px) +
-              ": correct 'resolution' in camchain.yaml or name the right camera in "
-              "sensors.frame_camera");
-  return false;
 }
 
 /// The opened streams of a recording.
@@ -162,15 +120,16 @@ bool run_replay(const ReplayOptions& options) {
   if (print_problems(problems) || !opened.ok()) return false;
   replay::Recording& recording = opened.value();
   const std::optional<RigCalibration> rig = calibration(options.recording, *config);
-  if (!rig || !sizes_agree(recording, *rig)) return false;
-  const CameraCalibration& event_camera = rig->cameras[rig->event_camera];
-  if (recording.event_size().width_px == 0)
-    recording.set_event_size({event_camera.width_px, event_camera.height_px});
-  const limits::SensorClass* sensor = sensor_class(recording);
-  if (sensor == nullptr) return false;
+  if (!rig) return false;
+  std::string refusal = apply_calibrated_sizes(recording, *rig);
+  const limits::SensorClass* sensor = refusal.empty() ? sensor_class(recording, refusal) : nullptr;
+  if (sensor == nullptr) {
+    print_error(refusal);
+    return false;
+  }
   const double whole_s = recording_length_s(recording);
   if (!start_is_inside(whole_s, options)) return false;
-  const std::string refusal = prepare_output_folder(
+  refusal = prepare_output_folder(
       options.out,
       {TrajectoryWriter::kFileName, FeaturesWriter::kFileName, ReplayReport::kFileName},
       options.force);

@@ -94,17 +94,13 @@ std::variant<ImuNoise, ConfigError> load_recording_imu(const fs::path& recording
                      "in the settings (`imu: PATH`)"};
 }
 
-std::variant<LoadedCalibration, ConfigError> load_calibration(const fs::path& recording,
-                                                              const AppConfig& config) {
+std::variant<LoadedCalibration, ConfigError> load_recording_cameras(const fs::path& recording,
+                                                                    const AppConfig& config) {
   std::string source;
   const Cameras found = find_cameras(recording, config, source);
   if (const auto* error = std::get_if<ConfigError>(&found)) return *error;
   const auto& cameras = std::get<std::vector<NamedCamera>>(found);
-  const auto imu = load_recording_imu(recording, config);
-  if (const auto* error = std::get_if<ConfigError>(&imu)) return *error;
-
   LoadedCalibration out;
-  out.rig.imu = std::get<ImuNoise>(imu);
   for (const NamedCamera& camera : cameras) out.rig.cameras[out.rig.num_cameras++] = camera.camera;
   const auto frame = index_of(cameras, config.sensors.frame_camera);
   if (!frame)
@@ -119,6 +115,16 @@ std::variant<LoadedCalibration, ConfigError> load_calibration(const fs::path& re
                         " is taken for frames and events; name others in the settings "
                         "(`sensors:`)");
   return out;
+}
+
+std::variant<LoadedCalibration, ConfigError> load_calibration(const fs::path& recording,
+                                                              const AppConfig& config) {
+  auto loaded = load_recording_cameras(recording, config);
+  if (std::holds_alternative<ConfigError>(loaded)) return loaded;
+  const auto imu = load_recording_imu(recording, config);
+  if (const auto* error = std::get_if<ConfigError>(&imu)) return *error;
+  std::get<LoadedCalibration>(loaded).rig.imu = std::get<ImuNoise>(imu);
+  return loaded;
 }
 
 }  // namespace pled

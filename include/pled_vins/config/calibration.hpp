@@ -25,6 +25,10 @@ struct LoadedCalibration {
 [[nodiscard]] std::variant<LoadedCalibration, ConfigError> load_calibration(
     const std::filesystem::path& recording, const AppConfig& config);
 
+/// The cameras alone, found in the same places; the rig's `imu` keeps its defaults.
+[[nodiscard]] std::variant<LoadedCalibration, ConfigError> load_recording_cameras(
+    const std::filesystem::path& recording, const AppConfig& config);
+
 /// The IMU part alone, found in the same places.
 [[nodiscard]] std::variant<ImuNoise, ConfigError> load_recording_imu(
     const std::filesystem::path& recording, const AppConfig& config);

@@ -1,0 +1,148 @@
+#include <filesystem>
+#include <system_error>
+#include <utility>
+
+#include "drivers/replay/raw_header.hpp"
+#include "drivers/replay/recording.hpp"
+
+namespace pled::replay {
+namespace {
+
+namespace fs = std::filesystem;
+
+void add(Problems& problems, Severity severity, const std::string& file, std::string text) {
+  problems.push_back({severity, file, 0, std::move(text)});
+}
+
+[[nodiscard]] bool is_file(const std::string& path) {
+  std::error_code ignored;
+  return fs::is_regular_file(path, ignored);
+}
+
+[[nodiscard]] bool is_folder(const std::string& path) {
+  std::error_code ignored;
+  return fs::is_directory(path, ignored);
+}
+
+/// The path when there is such a file with something in it; otherwise empty, with
+/// a warning when the file is there and empty.
+[[nodiscard]] std::string usable_file(const std::string& path, Problems& problems) {
+  if (!is_file(path)) return {};
+  std::error_code error;
+  if (fs::file_size(path, error) == 0 && !error) {
+    add(problems, Severity::kWarning, path, "the file is empty; it is treated as missing");
+    return {};
+  }
+  return path;
+}
+
+[[nodiscard]] std::string first_usable_file(std::initializer_list<std::string> paths,
+                                            Problems& problems) {
+  for (const std::string& path : paths) {
+    if (std::string found = usable_file(path, problems); !found.empty()) return found;
+  }
+  return {};
+}
+
+}  // namespace
+
+Result<Recording> Recording::open(const std::string& path, Problems& problems) {
+  Recording recording;
+  RecordingFiles& files = recording.files_;
+  files.root = path;
+  if (is_file(path)) {
+    recording.layout_ = Layout::kFile;
+    files.events = usable_file(path, problems);
+  } else if (!is_folder(path)) {
+    add(problems, Severity::kError, path, "no such folder or file");
+    return ErrorCode::kNotFound;
+  } else if (is_folder(path + "/mav0")) {
+    recording.find_euroc_files(path + "/mav0", problems);
+  } else if (is_folder(path + "/imu0") || is_folder(path + "/cam0")) {
+    recording.find_euroc_files(path, problems);
+  } else {
+    recording.find_rpg_files(problems);
+  }
+  if (files.events.empty() && files.imu.empty() && files.frames.empty()) {
+    add(problems, Severity::kError, path,
+        recording.layout_ == Layout::kFile
+            ? "holds no events"
+            : "is no recording: none of events.raw, events.txt, images.txt, imu.txt, "
+              "mav0/imu0/data.csv, mav0/cam0/data.csv is there with something in it");
+    return ErrorCode::kNotFound;
+  }
+  recording.look_at_frames(problems);
+  if (!recording.look_at_events(problems)) return ErrorCode::kUnsupported;
+  return recording;
+}
+
+void Recording::find_rpg_files(Problems& problems) {
+  layout_ = Layout::kRpg;
+  const std::string folder = files_.root + "/";
+  files_.events = first_usable_file({folder + "events.raw", folder + "events.txt"}, problems);
+  if (files_.events.empty() && is_file(folder + "events.raw.xz")) {
+    add(problems, Severity::kWarning, folder + "events.raw.xz",
+        "is compressed and was not read: unpack it first (xz -d)");
+  }
+  files_.imu = usable_file(folder + "imu.txt", problems);
+  files_.frames = usable_file(folder + "images.txt", problems);
+  files_.frame_folder = files_.root;
+  files_.truth = usable_file(folder + "groundtruth.txt", problems);
+  files_.masks = usable_file(folder + "masks.txt", problems);
+  files_.calib = usable_file(folder + "calib.txt", problems);
+  files_.camchain = usable_file(folder + "camchain.yaml", problems);
+  files_.imu_yaml = usable_file(folder + "imu.yaml", problems);
+}
+
+void Recording::find_euroc_files(const std::string& mav0, Problems& problems) {
+  layout_ = Layout::kEuroc;
+  files_.imu = usable_file(mav0 + "/imu0/data.csv", problems);
+  files_.frames = usable_file(mav0 + "/cam0/data.csv", problems);
+  files_.frame_folder = mav0 + "/cam0/data";
+  files_.truth = first_usable_file({mav0 + "/state_groundtruth_estimate0/data.csv",
+                                    mav0 + "/gt0/data.csv", mav0 + "/mocap0/data.csv"},
+                                   problems);
+  const std::string& root = files_.root;
+  files_.camchain = first_usable_file({root + "/camchain.yaml", mav0 + "/camchain.yaml"}, problems);
+  files_.imu_yaml = first_usable_file({root + "/imu.yaml", mav0 + "/imu.yaml"}, problems);
+}
+
+/// Tells the format of the event file and, from its header, the sensor's size. The frames
+/// do not tell it: they may be another camera's. False when the
+/// format cannot be read.
+bool Recording::look_at_events(Problems& problems) {
+  if (files_.events.empty()) return true;
+  auto lines = LineReader::open(files_.events.c_str());
+  if (!lines.ok()) {
+    add(problems, Severity::kError, files_.events, open_failure(files_.events, lines.error()));
+    return false;
+  }
+  const auto header = read_raw_header(files_.events.c_str());
+  if (!header.ok()) {
+    problems.push_back({Severity::kError, files_.events, header.error().detail,
+                        "the RAW header gives a sensor size that is none (1..2048 pixels a side)"});
+    return false;
+  }
+  const bool named_raw = files_.events.ends_with(".raw");
+  if (header.value().bytes == 0 && !named_raw) {
+    event_format_ = EventFileFormat::kText;
+    return true;
+  }
+  if (header.value().format == RawFormat::kEvt2 || header.value().format == RawFormat::kEvt21) {
+    add(problems, Severity::kError, files_.events,
+        "the events are in EVT2; only EVT3 and text are read here: convert the file to EVT3");
+    return false;
+  }
+  if (header.value().format == RawFormat::kUnknown) {
+    add(problems, Severity::kWarning, files_.events,
+        "the RAW header names no known format; the words are read as EVT3");
+  }
+  event_format_ = EventFileFormat::kEvt3;
+  event_header_bytes_ = static_cast<std::int64_t>(header.value().bytes);
+  if (header.value().width_px > 0 && header.value().height_px > 0) {
+    event_size_ = {header.value().width_px, header.value().height_px};
+  }
+  return true;
+}
+
+}  // namespace pled::replay

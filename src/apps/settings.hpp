@@ -1,0 +1,14 @@
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "pled_vins/config/app_config.hpp"
+
+namespace pled::apps {
+
+/// The settings of a file, or the built-in ones when `file` is empty; absent, with words
+/// on stderr, when it cannot be used.
+[[nodiscard]] std::optional<AppConfig> settings(const std::string& file);
+
+}  // namespace pled::apps
