@@ -5,21 +5,12 @@
 
 #include "pled_vins/config/nearest.hpp"
 #include "pled_vins/config/schema.hpp"
-#include "src/config/number_text.hpp"
 #include "src/config/yaml_reader.hpp"
 
 namespace pled {
 namespace {
 
 namespace fs = std::filesystem;
-
-/// "[3, 10] px".
-std::string range_text(const ConfigKey& key) {
-  std::string out = "[";
-  out.append(number_text(key.low)).append(", ").append(number_text(key.high)).append("]");
-  if (!key.unit.empty()) out.append(" ").append(key.unit);
-  return out;
-}
 
 /// Fills an AppConfig from one parsed file, key by key along the schema.
 class ConfigReader {
@@ -39,13 +30,11 @@ class ConfigReader {
 
  private:
   void read_map(const YAML::Node& map, const std::string& prefix) {
-    std::vector<std::string> seen;
     for (const auto& entry : map) {
+      // `a.b: 1` and `a: {b: 1}` are the same key: one list for the whole file.
       const std::string key = prefix + document_.text(entry.first, prefix + "?");
-      for (const std::string& earlier : seen)
-        if (earlier == key) document_.fail(entry.first, key, "stands here a second time");
-      seen.push_back(key);
-      lines_[key] = entry.first.Mark().line + 1;
+      if (!lines_.try_emplace(key, entry.first.Mark().line + 1).second)
+        document_.fail(entry.first, key, "stands here a second time");
       read_entry(key, entry.first, entry.second);
     }
   }
@@ -69,17 +58,12 @@ class ConfigReader {
   void read_value(const ConfigKey& known, const YAML::Node& value) {
     const std::string key(known.key);
     const ConfigField field = known.field(config_);
-    const auto check_range = [&](double number) {
-      if (!(number >= known.low && number <= known.high))
-        document_.fail(value, key,
-                       value.Scalar() + " is out of range: must be in " + range_text(known));
-    };
+    const yaml::Range range{known.low, known.high, known.unit};
     if (auto* const* number = std::get_if<double*>(&field)) {
-      **number = document_.number(value, key);
-      check_range(**number);
+      **number = document_.number_in(value, key, range);
     } else if (auto* const* whole = std::get_if<int*>(&field)) {
       **whole = document_.whole_number(value, key);
-      check_range(**whole);
+      document_.check_range(value, **whole, key, range);
     } else if (auto* const* flag = std::get_if<bool*>(&field)) {
       **flag = document_.flag(value, key);
     } else {

@@ -16,6 +16,15 @@ namespace fs = std::filesystem;
 constexpr double kRotationTolerance = 1e-3;
 constexpr double kLastRowTolerance = 1e-9;
 
+// Wide enough for every device, too narrow for another unit or a slipped digit.
+constexpr yaml::Range kTimeShift_s{-1.0, 1.0, "s"};
+constexpr yaml::Range kSide_px{1, 4096, "px"};
+constexpr yaml::Range kFocal_px{1.0, 1e5, "px"};
+constexpr yaml::Range kCoefficient{-1000.0, 1000.0, {}};  // the high orders of long lenses
+constexpr yaml::Range kLever_m{-100.0, 100.0, "m"};
+constexpr yaml::Range kNoise{1e-9, 100.0, {}};  // densities and walks, in their SI units
+constexpr yaml::Range kImuRate_hz{1.0, 1e5, "Hz"};
+
 /// Checks a 4 x 4 transform and makes its rotation exactly orthonormal: calibration
 /// files carry a few digits only.
 Pose to_pose(const Eigen::Matrix4d& T, const yaml::Document& document, const YAML::Node& node,
@@ -30,6 +39,8 @@ Pose to_pose(const Eigen::Matrix4d& T, const yaml::Document& document, const YAM
     document.fail(node, key, "is no rigid transform: its 3 x 3 part mirrors (determinant -1)");
   const Eigen::JacobiSVD<Eigen::Matrix3d> svd(R, Eigen::ComputeFullU | Eigen::ComputeFullV);
   const Eigen::Matrix3d nearest_rotation = svd.matrixU() * svd.matrixV().transpose();
+  for (const double lever_m : T.topRightCorner<3, 1>())
+    document.check_range(node, lever_m, key + " (translation)", kLever_m);
   Pose pose;
   pose.q = Eigen::Quaterniond(nearest_rotation).normalized();
   pose.p = T.topRightCorner<3, 1>();
@@ -42,7 +53,11 @@ Pose read_transform(const yaml::Document& document, const YAML::Node& node,
   std::vector<double> values;
   if (node.IsMap()) {
     values = document.numbers(document.required(node, "data", key + ".data"), key);
-  } else if (node.IsSequence() && node.size() == 4) {
+  } else if (node.IsSequence() && node.size() > 0 && node[0].IsSequence()) {
+    if (node.size() != 4)
+      document.fail(node, key,
+                    "has " + std::to_string(node.size()) +
+                        " rows: must be 4 rows of 4 numbers, the last [0, 0, 0, 1]");
     for (const YAML::Node& row : node) {
       const std::vector<double> four = document.numbers(row, key);
       if (four.size() != 4) document.fail(row, key, "must have 4 numbers in each row");
@@ -79,6 +94,7 @@ void read_lens(const yaml::Document& document, const YAML::Node& map, const char
   const std::vector<double> values = document.numbers(coeffs, key);
   const bool five = values.size() == 5 && camera.distortion == Distortion::kRadtan;
   if (values.size() != 4 && !five) document.fail(coeffs, key, "must be 4 numbers (radtan also 5)");
+  for (const double value : values) document.check_range(coeffs, value, key, kCoefficient);
   std::copy(values.begin(), values.end(), camera.coeffs.begin());
 }
 
@@ -88,7 +104,8 @@ void read_resolution(const yaml::Document& document, const YAML::Node& node, con
     document.fail(node, key, "must be [width, height] in pixels");
   camera.width_px = document.whole_number(node[0], key);
   camera.height_px = document.whole_number(node[1], key);
-  if (camera.width_px <= 0 || camera.height_px <= 0) document.fail(node, key, "must be positive");
+  document.check_range(node[0], camera.width_px, key, kSide_px);
+  document.check_range(node[1], camera.height_px, key, kSide_px);
 }
 
 void read_intrinsics(const yaml::Document& document, const YAML::Node& node, const std::string& key,
@@ -106,6 +123,8 @@ void check_intrinsics(const yaml::Document& document, const YAML::Node& node,
                       const std::string& key, const CameraCalibration& camera) {
   if (!(camera.fx_px > 0 && camera.fy_px > 0))
     document.fail(node, key, "the focal lengths must be positive");
+  for (const double focal_px : {camera.fx_px, camera.fy_px})
+    document.check_range(node, focal_px, key + " (focal length)", kFocal_px);
   if (!(camera.cx_px > 0 && camera.cx_px < camera.width_px && camera.cy_px > 0 &&
         camera.cy_px < camera.height_px))
     document.fail(node, key,
@@ -164,6 +183,7 @@ class CamchainReader {
  private:
   CameraCalibration read_camera(const std::string& name, const YAML::Node& node) {
     const std::string prefix = name + ".";
+    document_.refuse_repeats(node, prefix);
     const auto required = [&](const char* key) {
       return document_.required(node, key, prefix + key);
     };
@@ -183,9 +203,8 @@ class CamchainReader {
       read_lens(document_, node, "distortion_coeffs", prefix, camera);
     }
     camera.T_body_cam = read_T_cam_imu(node, prefix).inverse();
-    if (node["timeshift_cam_imu"])
-      camera.time_shift_s =
-          document_.number(node["timeshift_cam_imu"], prefix + "timeshift_cam_imu");
+    if (const YAML::Node shift = node["timeshift_cam_imu"])
+      camera.time_shift_s = document_.number_in(shift, prefix + "timeshift_cam_imu", kTimeShift_s);
     return camera;
   }
 
@@ -207,11 +226,9 @@ class CamchainReader {
   std::vector<NamedCamera> cameras_;
 };
 
-double positive(const yaml::Document& document, const YAML::Node& map, const std::string& key) {
-  const YAML::Node node = document.required(map, key, key);
-  const double value = document.number(node, key);
-  if (!(value > 0)) document.fail(node, key, "must be > 0");
-  return value;
+double required_in(const yaml::Document& document, const YAML::Node& map, const std::string& key,
+                   const yaml::Range& range) {
+  return document.number_in(document.required(map, key, key), key, range);
 }
 
 /// The body frame is the IMU's own; another one would turn every reading.
@@ -229,15 +246,16 @@ ImuNoise read_imu_noise(const yaml::Document& document) {
   if (!root.IsMap()) document.fail(root, {}, "holds no `key: value` lines");
   const YAML::Node map = root["imu0"] ? document.required(root, "imu0", "imu0") : root;
   if (!map.IsMap()) document.fail(map, "imu0", "holds no `key: value` lines");
+  document.refuse_repeats(map, {});
   refuse_other_body(document, map, "T_i_b");
   refuse_other_body(document, map, "T_BS");
   ImuNoise noise;
-  noise.accel_density = positive(document, map, "accelerometer_noise_density");
-  noise.accel_walk = positive(document, map, "accelerometer_random_walk");
-  noise.gyro_density = positive(document, map, "gyroscope_noise_density");
-  noise.gyro_walk = positive(document, map, "gyroscope_random_walk");
+  noise.accel_density = required_in(document, map, "accelerometer_noise_density", kNoise);
+  noise.accel_walk = required_in(document, map, "accelerometer_random_walk", kNoise);
+  noise.gyro_density = required_in(document, map, "gyroscope_noise_density", kNoise);
+  noise.gyro_walk = required_in(document, map, "gyroscope_random_walk", kNoise);
   const bool euroc = !map["update_rate"] && map["rate_hz"];
-  noise.rate_hz = positive(document, map, euroc ? "rate_hz" : "update_rate");
+  noise.rate_hz = required_in(document, map, euroc ? "rate_hz" : "update_rate", kImuRate_hz);
   return noise;
 }
 
@@ -271,6 +289,7 @@ std::variant<CameraCalibration, ConfigError> load_euroc_camera(const fs::path& f
   return caught<CameraCalibration>(file, [&] {
     const yaml::Document document = yaml::Document::from_file(file);
     const YAML::Node& root = document.root();
+    document.refuse_repeats(root, {});
     const auto required = [&](const char* key) { return document.required(root, key, key); };
     CameraCalibration camera;
     read_resolution(document, required("resolution"), "resolution", camera);

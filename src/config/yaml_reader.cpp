@@ -5,7 +5,10 @@
 #include <cmath>
 #include <cstring>
 #include <fstream>
+#include <set>
 #include <utility>
+
+#include "src/config/number_text.hpp"
 
 namespace pled::yaml {
 namespace {
@@ -31,6 +34,13 @@ std::string seen(const YAML::Node& node) {
 
 /// Quoted in the file: text, whatever it looks like.
 bool is_plain_scalar(const YAML::Node& node) { return node.IsScalar() && node.Tag() != "!"; }
+
+/// "[3, 10] px".
+std::string text_of(const Range& range) {
+  std::string out = "[";
+  out.append(number_text(range.low)).append(", ").append(number_text(range.high)).append("]");
+  return range.unit.empty() ? out : out.append(" ").append(range.unit);
+}
 
 template <typename T>
 bool parse_with_from_chars(std::string_view text, T& value) {
@@ -71,7 +81,11 @@ Document Document::from_text(std::string text, std::string name) {
   Document document;
   document.name_ = std::move(name);
   try {
-    document.root_ = YAML::Load(text);
+    const std::vector<YAML::Node> parts = YAML::LoadAll(text);
+    if (!parts.empty()) document.root_ = parts.front();
+    for (std::size_t i = 1; i < parts.size(); ++i)
+      if (!parts[i].IsNull())
+        document.fail(parts[i], {}, "belongs to a second document (after `---`): one is read");
   } catch (const YAML::Exception& error) {
     throw Failure{{document.name_, error.mark.line + 1, {}, "is not valid YAML: " + error.msg}};
   }
@@ -92,6 +106,27 @@ double Document::number(const YAML::Node& node, const std::string& key) const {
   if (!is_plain_scalar(node) || !parse(node.Scalar(), value))
     fail(node, key, "must be a number, not " + seen(node));
   return value;
+}
+
+double Document::number_in(const YAML::Node& node, const std::string& key,
+                           const Range& range) const {
+  const double value = number(node, key);
+  check_range(node, value, key, range);
+  return value;
+}
+
+void Document::check_range(const YAML::Node& node, double value, const std::string& key,
+                           const Range& range) const {
+  if (value >= range.low && value <= range.high) return;
+  const std::string seen = node.IsScalar() ? node.Scalar() : number_text(value);
+  fail(node, key, seen + " is out of range: must be in " + text_of(range));
+}
+
+void Document::refuse_repeats(const YAML::Node& map, const std::string& prefix) const {
+  std::set<std::string> names;
+  for (const auto& entry : map)
+    if (entry.first.IsScalar() && !names.insert(entry.first.Scalar()).second)
+      fail(entry.first, prefix + entry.first.Scalar(), "stands here a second time");
 }
 
 int Document::whole_number(const YAML::Node& node, const std::string& key) const {

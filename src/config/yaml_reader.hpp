@@ -18,6 +18,13 @@ struct Failure {
   ConfigError error;
 };
 
+/// What a number may be, ends included.
+struct Range {
+  double low = 0.0;
+  double high = 0.0;
+  std::string_view unit;
+};
+
 /// One parsed file, and the words to complain about it.
 class Document {
  public:
@@ -35,6 +42,14 @@ class Document {
 
   /// Scalars of one type; `key` is for the message.
   [[nodiscard]] double number(const YAML::Node& node, const std::string& key) const;
+  /// Throws Failure when `value`, read from `node`, lies outside `range`.
+  void check_range(const YAML::Node& node, double value, const std::string& key,
+                   const Range& range) const;
+  /// Throws Failure when a key of the map stands in it twice; `prefix` goes before its name.
+  void refuse_repeats(const YAML::Node& map, const std::string& prefix) const;
+  /// A number that lies in `range`.
+  [[nodiscard]] double number_in(const YAML::Node& node, const std::string& key,
+                                 const Range& range) const;
   [[nodiscard]] int whole_number(const YAML::Node& node, const std::string& key) const;
   [[nodiscard]] bool flag(const YAML::Node& node, const std::string& key) const;
   [[nodiscard]] std::string text(const YAML::Node& node, const std::string& key) const;

@@ -116,6 +116,18 @@ TEST_SUITE("config.app_config") {
     CHECK(bad("imu: a\nimu: b\n").line == 2);
   }
 
+  TEST_CASE("one key in two spellings and a second document are refused") {
+    const ConfigError dotted = bad("frontend.max_points: 100\nfrontend:\n  max_points: 90\n");
+    CHECK(dotted.key == "frontend.max_points");
+    CHECK(dotted.line == 3);
+    CHECK(contains(dotted.text, "second time"));
+    const ConfigError second =
+        bad("frontend:\n  max_points: 100\n---\nfrontend:\n  max_points: 90\n");
+    CHECK(second.line == 4);
+    CHECK(contains(second.text, "second document"));
+    CHECK(good("---\nfrontend:\n  max_points: 100\n...\n").frontend.max_points == 100);
+  }
+
   TEST_CASE("bad syntax, a missing file, a folder and a binary file are told in words") {
     const ConfigError syntax = bad("frontend:\n  max_points: [1, 2\nbackend: }\n");
     CHECK(syntax.line > 0);

@@ -145,6 +145,58 @@ TEST_SUITE("config.calibration") {
     CHECK(camchain_error(text + camera("cam1") + camera("cam2")).key == "cam2");
   }
 
+  TEST_CASE("a time shift beyond a second is refused with its line and range") {
+    const std::string text = camera("cam0");
+    CHECK(camchain(replaced(text, "0.004", "-1"))[0].camera.time_shift_s == -1.0);
+    for (const char* wrong : {"5", "-1.001", "1e12", "1e15"}) {
+      const ConfigError e = camchain_error(replaced(text, "0.004", wrong));
+      CHECK(e.key == "cam0.timeshift_cam_imu");
+      CHECK(e.line == 11);
+      CHECK(e.text.find(wrong) != std::string::npos);
+      CHECK(e.text.find("[-1, 1] s") != std::string::npos);
+    }
+  }
+
+  TEST_CASE("absurd figures are refused with the range that they must lie in") {
+    struct Case {
+      const char* from;
+      const char* to;
+      const char* words;
+    };
+    for (const Case& c : {Case{"-0.3,", "1e9,", "[-1000, 1000]"},
+                          {"0.02]", "1e9]", "[-100, 100] m"},
+                          {"200.5", "1e300", "[1, 1e+05] px"},
+                          {"[240, 180]", "[240, 100000]", "[1, 4096] px"}}) {
+      CAPTURE(c.to);
+      const ConfigError e = camchain_error(replaced(camera("cam0"), c.from, c.to));
+      CHECK_MESSAGE(e.text.find(c.words) != std::string::npos, e.message());
+      CHECK(e.line > 1);
+    }
+    for (const char* wrong : {"1e300", "1e-300"}) {
+      const TextFile file("imu.yaml", replaced(kImu, "0.02", wrong));
+      const auto read = pled::load_imu_noise(file.path());
+      REQUIRE(std::holds_alternative<ConfigError>(read));
+      CHECK(std::get<ConfigError>(read).text.find("[1e-09, 100]") != std::string::npos);
+    }
+  }
+
+  TEST_CASE("a transform of three rows is told what it lacks") {
+    const ConfigError e =
+        camchain_error(replaced(camera("cam0"), "  - [0.0, 0.0, 0.0, 1.0]\n", ""));
+    CHECK(e.key == "cam0.T_cam_imu");
+    CHECK_MESSAGE(e.text.find("3 rows: must be 4 rows of 4") != std::string::npos, e.message());
+  }
+
+  TEST_CASE("a key that stands twice in a camera or an IMU is refused") {
+    const ConfigError e = camchain_error(camera("cam0") + "  resolution: [346, 260]\n");
+    CHECK(e.key == "cam0.resolution");
+    CHECK(e.text.find("second time") != std::string::npos);
+    const TextFile file("imu.yaml", kImu + "update_rate: 200\n");
+    const auto read = pled::load_imu_noise(file.path());
+    REQUIRE(std::holds_alternative<ConfigError>(read));
+    CHECK(std::get<ConfigError>(read).key == "update_rate");
+  }
+
   TEST_CASE("a second camera without T_cam_imu is chained from the first") {
     const std::string chained =
         "  T_cn_cnm1:\n"
