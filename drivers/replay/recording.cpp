@@ -17,15 +17,18 @@ void add(Problems& problems, Severity severity, const std::string& file, std::st
 }
 
 /// Size of the first image that can be read, or zero: a recording may have lost any
-/// number of its first ones.
-[[nodiscard]] ImageSize first_image_size(FrameFileSource::Options options) {
+/// number of its first ones. `why` gets words for the last one that could not be.
+[[nodiscard]] ImageSize first_image_size(FrameFileSource::Options options,
+                                         std::string* why = nullptr) {
   auto source = FrameFileSource::open(std::move(options));
   if (!source.ok()) return {};
   while (true) {
     const auto frame = source.value()->acquire(Duration{});
     if (frame.ok()) return {frame.value().image.width, frame.value().image.height};
     const ErrorCode code = frame.error().code;
-    if (code != ErrorCode::kCorrupt && code != ErrorCode::kTruncated) return {};
+    if (code == ErrorCode::kCorrupt || code == ErrorCode::kTruncated) continue;
+    if (why != nullptr) *why = source.value()->last_message();
+    return {};
   }
 }
 
@@ -126,11 +129,13 @@ void Recording::look_at_frames(Problems& problems) {
   if (files_.frames.empty()) return;
   FrameFileSource::Options any = frame_options(kLargestImage, 1);
   any.one_size = false;
-  frame_size_ = first_image_size(std::move(any));
+  std::string why;
+  frame_size_ = first_image_size(std::move(any), &why);
   if (frame_size_ == ImageSize{}) {
     add(problems, Severity::kWarning, files_.frames,
         "none of the images can be read (names begin at " + files_.frame_folder +
-            "; PNG or JPEG, at most 4096x4096): the frames are treated as missing");
+            "; PNG or JPEG, at most 4096x4096): the frames are treated as missing" +
+            (why.empty() ? "" : "; the last: " + why));
     files_.frames.clear();
   }
 }

@@ -16,6 +16,7 @@
 #include "src/apps/output_file.hpp"
 #include "src/apps/output_report.hpp"
 #include "src/apps/problems.hpp"
+#include "src/apps/recording_clocks.hpp"
 #include "src/apps/recording_sizes.hpp"
 #include "src/apps/replay_output.hpp"
 #include "src/apps/replay_summary.hpp"
@@ -123,7 +124,9 @@ bool run_replay(const ReplayOptions& options) {
   if (!rig) return false;
   std::string refusal = apply_calibrated_sizes(recording, *rig);
   const limits::SensorClass* sensor = refusal.empty() ? sensor_class(recording, refusal) : nullptr;
-  if (sensor == nullptr) {
+  if (refusal.empty())
+    refusal = clock_problem(recording, rig->cameras[rig->frame_camera].time_shift_s);
+  if (!refusal.empty()) {
     print_error(refusal);
     return false;
   }

@@ -99,6 +99,10 @@ TEST_SUITE("apps.replay_bad_files") {
     recording.replace("camchain.yaml", "timeshift_cam_imu: 0", "timeshift_cam_imu: soon");
     check_refused(recording, {file + ":11: cam0.timeshift_cam_imu", "'soon'"});
 
+    recording.write("camchain.yaml", good);
+    recording.replace("camchain.yaml", "timeshift_cam_imu: 0", "timeshift_cam_imu: 1e15");
+    check_refused(recording, {file + ":11: cam0.timeshift_cam_imu", "[-1, 1] s"});
+
     recording.write("camchain.yaml", std::string("\0\1\2", 3));
     check_refused(recording, {file, "not a text file"});
   }
@@ -116,6 +120,35 @@ TEST_SUITE("apps.replay_bad_files") {
     write_image(recording, "images/frame_00000000.png", 1600, 1200);
     recording.replace("camchain.yaml", "[240, 180]", "[1600, 1200]");
     check_refused(recording, {"1600x1200", "hd", "1280x720"});
+  }
+
+  TEST_CASE("stamps in another unit are refused with both spans, not run to no pose") {
+    const auto in_other_unit = [](std::vector<std::string> lines, double factor) {
+      for (std::string& line : lines) {
+        const std::size_t end = line.find(' ');
+        line = std::to_string(std::stod(line) * factor) + line.substr(end);
+      }
+      return lines;
+    };
+    for (const double factor : {1e3, 1e6, 1e9}) {
+      CAPTURE(factor);
+      for (const std::string name : {"images.txt", "imu.txt"}) {
+        CAPTURE(name);
+        const RecordingCopy recording;
+        recording.set_lines(name, in_other_unit(recording.lines(name), factor));
+        check_refused(recording, {"images.txt covers ", "imu.txt covers ", "overlap",
+                                  "stamps must be seconds on one clock"});
+      }
+    }
+    const RecordingCopy later;
+    std::vector<std::string> lines = later.lines("imu.txt");
+    for (std::string& line : lines)
+      line = std::to_string(std::stod(line) + 1.7e9) + line.substr(line.find(' '));
+    later.set_lines("imu.txt", lines);
+    check_refused(later, {"no overlap"});
+    const RecordingCopy unreadable;
+    unreadable.write("imu.txt", "1403715273262142976000 0 0 9.81 0 0 0\n");
+    check_refused(unreadable, {"imu.txt", "no sample that can be read", "line 1"});
   }
 
   TEST_CASE("an output folder that cannot be made is refused, and its neighbour left as it is") {
