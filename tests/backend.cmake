@@ -1,5 +1,6 @@
 pled_add_tests(test_backend
   SOURCES
+    law/backend/calibration_test.cpp
     law/backend/consistency_test.cpp
     law/backend/residual_test.cpp
     law/backend/window_test.cpp

@@ -97,7 +97,11 @@ class EvaluateCommand final : public Command {
     if (!frames_file.empty()) {
       const auto stamps = read_frame_stamps(frames_file);
       if (const auto* error = std::get_if<FileError>(&stamps)) return failed(*error);
-      span = frame_span(std::get<std::vector<std::int64_t>>(stamps));
+      const auto& listed = std::get<FrameStamps>(stamps);
+      span = frame_span(listed.ns);
+      if (listed.passed_over > 0)
+        print_note(frames_file.string() + ": passed over " + std::to_string(listed.passed_over) +
+                   " lines without a time, a path, or with a time not after the one before");
     }
     const Evaluation e =
         evaluate(std::get<Trajectory>(estimate), std::get<Trajectory>(truth), span);

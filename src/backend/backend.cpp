@@ -28,11 +28,13 @@ BackendConfig for_start(BackendConfig config) {
   return config;
 }
 
-ImuNoise scaled(ImuNoise noise, double factor) {
+ImuNoise inertial_model(ImuNoise noise, const BackendConfig& config) {
+  const double factor = config.imu_noise_scale;
   noise.accel_density *= factor;
   noise.accel_walk *= factor;
   noise.gyro_density *= factor;
   noise.gyro_walk *= factor;
+  noise.gravity_mps2 = config.gravity_mps2;
   return noise;
 }
 
@@ -43,7 +45,7 @@ Backend::Backend(const BackendConfig& config, const RigCalibration& rig,
     : config_(config),
       start_config_(for_start(config)),
       rig_(rig),
-      noise_(scaled(rig.imu, config.imu_noise_scale)),
+      noise_(inertial_model(rig.imu, config)),
       settings_(make_factor_settings(config_, rig_)),
       point_noise_(config.point_sigma_px),
       solver_(solver),

@@ -192,21 +192,22 @@ std::variant<Trajectory, FileError> read_trajectory(const fs::path& file) {
   return trajectory;
 }
 
-std::variant<std::vector<std::int64_t>, FileError> read_frame_stamps(const fs::path& file) {
+std::variant<FrameStamps, FileError> read_frame_stamps(const fs::path& file) {
   LineReader reader(file);
-  std::vector<std::int64_t> stamps_ns;
+  FrameStamps stamps;
   std::string_view line;
   while (reader.next(line)) {
     const bool csv = line.find(',') != std::string_view::npos;
     std::array<std::string_view, 1> words;
-    if (split(line, csv, words) < 2) return reader.at_line("has no second column: time and path");
     std::int64_t ns = 0;
-    if (!parse_stamp(words[0], csv, ns)) return reader.at_line(quoted(words[0]) + " is not a time");
-    if (!stamps_ns.empty() && ns <= stamps_ns.back()) return reader.at_line(kNotLater);
-    stamps_ns.push_back(ns);
+    const bool reads = split(line, csv, words) >= 2 && parse_stamp(words[0], csv, ns);
+    if (reads && (stamps.ns.empty() || ns > stamps.ns.back()))
+      stamps.ns.push_back(ns);
+    else
+      ++stamps.passed_over;
   }
   if (!reader.ok()) return reader.failure();
-  return stamps_ns;
+  return stamps;
 }
 
 }  // namespace pled

@@ -138,6 +138,7 @@ bool Preintegration::integrate(std::span<const ImuSample> samples, const Vector3
   for (std::size_t i = 0; i < samples.size(); ++i) {
     if (!finite(samples[i]) || (i > 0 && !(samples[i].t > samples[i - 1].t))) return false;
   }
+  gravity_ = {0.0, 0.0, -noise.gravity_mps2};
   bg_ = bg;
   ba_ = ba;
   // d (p, theta, v) / d (bg, ba): the transition's product, its bias columns.
@@ -190,10 +191,10 @@ Vector3d Preintegration::delta_p(const Vector3d& bg, const Vector3d& ba) const n
 NavState Preintegration::predict(const NavState& start) const noexcept {
   NavState end = start;
   end.t = start.t + Duration::from_s(dt_s_);
-  end.p_wb = start.p_wb + start.v_wb * dt_s_ + 0.5 * dt_s_ * dt_s_ * kGravityWorld +
+  end.p_wb = start.p_wb + start.v_wb * dt_s_ + 0.5 * dt_s_ * dt_s_ * gravity_ +
              start.q_wb * delta_p(start.bg, start.ba);
   end.q_wb = (start.q_wb * delta_q(start.bg)).normalized();
-  end.v_wb = start.v_wb + dt_s_ * kGravityWorld + start.q_wb * delta_v(start.bg, start.ba);
+  end.v_wb = start.v_wb + dt_s_ * gravity_ + start.q_wb * delta_v(start.bg, start.ba);
   return end;
 }
 
@@ -201,8 +202,8 @@ void Preintegration::residual(const NavState& i, const NavState& j, Vector15d& r
                               Matrix15d* d_r_d_i, Matrix15d* d_r_d_j) const noexcept {
   const Matrix3d R_it = i.q_wb.conjugate().toRotationMatrix();
   const Vector3d p_ij =
-      R_it * (j.p_wb - i.p_wb - i.v_wb * dt_s_ - 0.5 * dt_s_ * dt_s_ * kGravityWorld);
-  const Vector3d v_ij = R_it * (j.v_wb - i.v_wb - dt_s_ * kGravityWorld);
+      R_it * (j.p_wb - i.p_wb - i.v_wb * dt_s_ - 0.5 * dt_s_ * dt_s_ * gravity_);
+  const Vector3d v_ij = R_it * (j.v_wb - i.v_wb - dt_s_ * gravity_);
   const Vector3d r_theta = so3::log(delta_q(i.bg).conjugate() * (i.q_wb.conjugate() * j.q_wb));
   r.segment<3>(kP) = p_ij - delta_p(i.bg, i.ba);
   r.segment<3>(kTheta) = r_theta;

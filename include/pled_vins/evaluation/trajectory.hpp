@@ -38,9 +38,16 @@ struct FileError {
 [[nodiscard]] std::variant<Trajectory, FileError> read_trajectory(
     const std::filesystem::path& file);
 
+/// Stamps of a list of frames, and how many of its lines were passed over.
+struct FrameStamps {
+  std::vector<std::int64_t> ns;  ///< strictly increasing
+  std::size_t passed_over = 0;   ///< no time, no path, or a time not after the one before
+};
+
 /// First column of an images.txt (`t_s path`) or of a EuRoC data.csv
-/// (`t_ns,path`), in nanoseconds, as the file has them.
-[[nodiscard]] std::variant<std::vector<std::int64_t>, FileError> read_frame_stamps(
+/// (`t_ns,path`), in nanoseconds, as the file has them. Lines that a replay would pass over are
+/// passed over here too.
+[[nodiscard]] std::variant<FrameStamps, FileError> read_frame_stamps(
     const std::filesystem::path& file);
 
 /// Seconds in decimal notation to nanoseconds, exactly; digits below a nanosecond

@@ -35,6 +35,7 @@ struct ImuNoise {
   double gyro_density = 0.001;  ///< rad/s/sqrt(Hz)
   double gyro_walk = 0.0001;    ///< rad/s^2/sqrt(Hz)
   double rate_hz = 200.0;
+  double gravity_mps2 = 9.81;  ///< magnitude where the sensor is, 9.78 ... 9.83 on Earth
 };
 
 /// The robot's sensors. A DAVIS has one camera that serves both as the frame and

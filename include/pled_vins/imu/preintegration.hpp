@@ -10,7 +10,7 @@
 
 namespace pled {
 
-/// Gravity in the world frame (z up), m/s^2.
+/// Standard gravity in the world frame (z up), m/s^2: what is assumed where nobody says otherwise.
 inline const Eigen::Vector3d kGravityWorld{0.0, 0.0, -9.81};
 
 /// Body state at an instant. Tangent order: p, theta, v, bg, ba (15); rotation
@@ -60,7 +60,8 @@ class Preintegration {
   [[nodiscard]] Eigen::Vector3d delta_p(const Eigen::Vector3d& bg,
                                         const Eigen::Vector3d& ba) const noexcept;
 
-  /// State at the end from the state at the start; biases carried over.
+  /// State at the end from the state at the start; biases carried over. Gravity is the noise
+  /// model's gravity_mps2, down.
   [[nodiscard]] NavState predict(const NavState& start) const noexcept;
 
   /// Residual (15, not whitened): rp = R_i^T (p_j - p_i - v_i dt - 1/2 g dt^2) - dp,
@@ -82,6 +83,7 @@ class Preintegration {
   [[nodiscard]] bool finish() noexcept;
 
   double dt_s_ = 0.0;
+  Eigen::Vector3d gravity_ = kGravityWorld;  ///< world, m/s^2
   Eigen::Vector3d bg_ = Eigen::Vector3d::Zero();
   Eigen::Vector3d ba_ = Eigen::Vector3d::Zero();
   Eigen::Quaterniond delta_q_ = Eigen::Quaterniond::Identity();

@@ -74,6 +74,7 @@ struct PointWorldOptions {
                .rate_hz = 200.0};
   Eigen::Vector3d gyro_bias_radps{0.01, -0.02, 0.015};
   Eigen::Vector3d accel_bias_mps2{0.05, -0.04, 0.08};
+  double gravity_mps2 = 9.81;
   double still_until_s = 0.0;  ///< stands (exactly) until then, then moves off smoothly
   /// Of a motor, on top of the motion: accelerations of this amplitude at 21 Hz (a quarter of it at
   /// 73 Hz) and turning rates of a tenth of the figure in rad/s. EuRoC's drone on the ground: 1.5.

@@ -64,6 +64,27 @@ Preintegration integrated(std::span<const ImuSample> s, const Vector3d& bg, cons
 }  // namespace
 
 TEST_SUITE("imu.preintegration") {
+  TEST_CASE("gravity is what the model of the sensor says") {
+    for (const double gravity_mps2 : {9.78, 9.83}) {  // at the equator, at the pole
+      std::vector<pled::ImuSample> samples;
+      for (std::int64_t us = 0; us <= 1'000'000; us += 5000)
+        samples.push_back({{us}, {0, 0, 0}, {0, 0, gravity_mps2}});
+      pled::ImuNoise noise;
+      noise.gravity_mps2 = gravity_mps2;
+      Preintegration p;
+      REQUIRE(p.integrate(samples, Vector3d::Zero(), Vector3d::Zero(), noise));
+      const NavState rest;
+      CHECK(p.predict(rest).p_wb.norm() < 1e-9);  // it lies on the table
+      CHECK(p.predict(rest).v_wb.norm() < 1e-9);
+      pled::Vector15d r;
+      p.residual(rest, rest, r, nullptr, nullptr);
+      CHECK(r.norm() < 1e-9);
+      noise.gravity_mps2 = 9.81;
+      REQUIRE(p.integrate(samples, Vector3d::Zero(), Vector3d::Zero(), noise));
+      CHECK(p.predict(rest).p_wb.z() == doctest::Approx(0.5 * (gravity_mps2 - 9.81)));
+    }
+  }
+
   TEST_CASE("predict follows the motion it was made from, whatever the start") {
     const Vector3d bg(0.01, -0.02, 0.03);
     const Vector3d ba(0.1, 0.2, -0.1);

@@ -10,6 +10,7 @@
 namespace {
 
 using pled::FileError;
+using pled::FrameStamps;
 using pled::Trajectory;
 using pled::support::TextFile;
 
@@ -111,17 +112,23 @@ TEST_SUITE("evaluation.trajectory") {
   TEST_CASE("frame stamps are read from images.txt and from a EuRoC csv") {
     const TextFile text("images.txt", "0.05 images/a.png\n0.10 images/b.png\n");
     const auto a = pled::read_frame_stamps(text.path());
-    REQUIRE(std::holds_alternative<std::vector<std::int64_t>>(a));
-    CHECK(std::get<std::vector<std::int64_t>>(a) ==
-          std::vector<std::int64_t>{50'000'000, 100'000'000});
+    REQUIRE(std::holds_alternative<FrameStamps>(a));
+    CHECK(std::get<FrameStamps>(a).ns == std::vector<std::int64_t>{50'000'000, 100'000'000});
+    CHECK(std::get<FrameStamps>(a).passed_over == 0);
     const TextFile csv("data.csv", "#timestamp [ns],filename\n7,7.png\n9,9.png\n");
     const auto b = pled::read_frame_stamps(csv.path());
-    REQUIRE(std::holds_alternative<std::vector<std::int64_t>>(b));
-    CHECK(std::get<std::vector<std::int64_t>>(b) == std::vector<std::int64_t>{7, 9});
-    const TextFile bare("images.txt", "0.05 a.png\n0.07\n");
-    const auto c = pled::read_frame_stamps(bare.path());
-    REQUIRE(std::holds_alternative<FileError>(c));
-    CHECK(std::get<FileError>(c).line == 2);
+    REQUIRE(std::holds_alternative<FrameStamps>(b));
+    CHECK(std::get<FrameStamps>(b).ns == std::vector<std::int64_t>{7, 9});
+  }
+
+  TEST_CASE("lines of a frame list that a replay passes over are passed over and counted") {
+    const TextFile text("images.txt",
+                        "0.05 a.png\n0.07\nx b.png\n0.04 c.png\n0.05 d.png\n0.10 e.png\n");
+    const auto read = pled::read_frame_stamps(text.path());
+    REQUIRE(std::holds_alternative<FrameStamps>(read));
+    CHECK(std::get<FrameStamps>(read).ns == std::vector<std::int64_t>{50'000'000, 100'000'000});
+    CHECK(std::get<FrameStamps>(read).passed_over == 4);
+    CHECK(std::holds_alternative<FileError>(pled::read_frame_stamps("no such file")));
   }
 }
 
