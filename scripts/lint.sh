@@ -2,14 +2,15 @@
 # Style checks; each prints what is wrong and fails if there is anything.
 #
 #   scripts/lint.sh format [FILE...]   clang-format, all sources unless files are named; changes nothing
-#   scripts/lint.sh tidy [FILE...]     clang-tidy, as build/release compiles them
+#   scripts/lint.sh tidy [FILE...]     clang-tidy, as build/release compiles them: what ships, with its headers; tests when named
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 source scripts/common.sh
 
+# sources PATTERN FOLDER...
 sources() {
   local folder
-  for folder in include src drivers firmware_bridge tests; do
+  for folder in "${@:2}"; do
     if [[ -d $folder ]]; then find "$folder" -type f -name "$1"; fi
   done | sort
 }
@@ -18,14 +19,14 @@ command=${1:-}
 [[ $# -eq 0 ]] || shift
 case $command in
   format)
-    if [[ $# -eq 0 ]]; then mapfile -t files < <(sources '*.[ch]pp'); else files=("$@"); fi
+    if [[ $# -eq 0 ]]; then mapfile -t files < <(sources '*.[ch]pp' include src drivers firmware_bridge tests); else files=("$@"); fi
     clang-format --dry-run --Werror "${files[@]}"
     ;;
   tidy)
     [[ -f build/release/compile_commands.json ]] || build_preset release
     if [[ $# -eq 0 ]]; then
       # Only what the build compiles: a fuzz target, say, has no command in it.
-      mapfile -t files < <(sources '*.cpp' | while read -r file; do
+      mapfile -t files < <(sources '*.cpp' src drivers firmware_bridge | while read -r file; do
         if grep -qF "\"file\": \"$PWD/$file\"" build/release/compile_commands.json; then
           printf '%s\n' "$file"
         fi
