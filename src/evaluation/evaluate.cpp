@@ -90,7 +90,9 @@ void absolute_errors(std::span<const StampedPose> truth, const std::vector<Match
   double sum_m = 0.0;
   double sum_m2 = 0.0;
   for (std::size_t i = 0; i < from.size(); ++i) {
-    const double error_m = (e.T_truth_estimate * from[i] - to[i]).norm();
+    const Eigen::Vector3d aligned_m = e.T_truth_estimate * from[i];
+    const double error_m = (aligned_m - to[i]).norm();
+    e.position_errors.push_back({matches[i].stamp_ns, aligned_m, to[i], error_m});
     sum_m += error_m;
     sum_m2 += error_m * error_m;
   }

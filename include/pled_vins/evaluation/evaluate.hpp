@@ -21,6 +21,14 @@ struct FrameSpan {
 /// Span and median period of frame stamps; nullopt when there are fewer than two.
 [[nodiscard]] std::optional<FrameSpan> frame_span(std::span<const std::int64_t> stamps_ns);
 
+/// A pose of the estimate, laid on the truth, and how far it is from it.
+struct PositionError {
+  std::int64_t stamp_ns = 0;
+  Eigen::Vector3d estimate_m;  ///< after the alignment, in the truth's frame
+  Eigen::Vector3d truth_m;
+  double error_m = 0.0;
+};
+
 /// Figures of merit of a trajectory. A figure that cannot be told is absent.
 struct Evaluation {
   /// Root mean square distance to the truth after the rigid alignment that
@@ -43,10 +51,11 @@ struct Evaluation {
   std::size_t outside_truth = 0;  ///< dropped: before its start or after its end
   std::size_t in_truth_gap = 0;   ///< dropped: between truth poses more than 0.1 s apart
   std::size_t rpe_pairs = 0;
-  double path_m = 0.0;             ///< length of the truth's path over the evaluated span
-  double span_s = 0.0;             ///< first to last matched pose
-  Pose T_truth_estimate;           ///< the alignment: truth = T * estimate
-  std::vector<std::string> notes;  ///< why a figure is absent or what it rests on
+  double path_m = 0.0;    ///< length of the truth's path over the evaluated span
+  double span_s = 0.0;    ///< first to last matched pose
+  Pose T_truth_estimate;  ///< the alignment: truth = T * estimate
+  std::vector<PositionError> position_errors;  ///< one a matched pose: the ATE over time
+  std::vector<std::string> notes;              ///< why a figure is absent or what it rests on
 };
 
 /// Compares a trajectory with the truth, interpolated linearly and by slerp at its
