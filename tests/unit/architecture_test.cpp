@@ -44,6 +44,7 @@ constexpr std::array kFolderRules{
     FolderRule{"pipeline", "core hal geometry imu events reliability frontend backend"},
     FolderRule{"config", "core geometry imu frontend backend pipeline"},
     FolderRule{"evaluation", "core geometry"},
+    FolderRule{"report", "core hal geometry evaluation drivers/decode drivers/replay"},
     FolderRule{"sim", "core hal geometry imu"},
     FolderRule{"apps", kEverything},
 };
@@ -58,7 +59,7 @@ struct LibraryRule {
 
 constexpr std::string_view kEigenFolders =
     "geometry imu events reliability frontend backend backend/solver pipeline config evaluation "
-    "sim apps";
+    "report sim apps";
 /// What the operating system offers is no business of the estimator.
 constexpr std::string_view kSystemFolders = "drivers/* firmware_bridge pipeline sim apps";
 
@@ -68,11 +69,11 @@ constexpr std::array kLibraryRules{
     LibraryRule{"opencv2/", "frontend sim", false},
     LibraryRule{"ceres/", "backend/solver", false},
     LibraryRule{"libusb", "drivers/usb", false},
-    LibraryRule{"png.h", "drivers/replay sim", false},
+    LibraryRule{"png.h", "drivers/replay sim report", false},
     LibraryRule{"jpeglib.h", "drivers/replay sim", false},
     LibraryRule{"yaml-cpp/", "config", false},
     LibraryRule{"CLI/", "apps", false},
-    LibraryRule{"nlohmann/", "apps", false},
+    LibraryRule{"nlohmann/", "report apps", false},
     LibraryRule{"sys/", kSystemFolders, false},
     LibraryRule{"linux/", kSystemFolders, false},
     LibraryRule{"fcntl.h", kSystemFolders, false},
@@ -219,8 +220,8 @@ constexpr std::array<std::string_view, 4> kProduct{"include", "src", "drivers", 
 constexpr std::array<std::string_view, 7> kSource{
     "include", "src", "drivers", "firmware_bridge", "tests", "scripts", "toolchains"};
 constexpr std::array<std::string_view, 5> kCode{".hpp", ".cpp", ".h", ".c", ".inl"};
-constexpr std::array<std::string_view, 8> kText{".hpp", ".cpp", ".h",     ".c",
-                                                ".inl", ".sh",  ".cmake", "CMakeLists.txt"};
+constexpr std::array<std::string_view, 11> kText{
+    ".hpp", ".cpp", ".h", ".c", ".inl", ".sh", ".cmake", "CMakeLists.txt", ".html", ".css", ".js"};
 
 std::vector<std::string> complaints_about_tree(const fs::path& root, std::size_t& includes_read) {
   std::vector<std::string> complaints;

@@ -1,0 +1,26 @@
+#include "src/report/base64.hpp"
+
+#include <algorithm>
+#include <cstdint>
+
+namespace pled::report {
+
+std::string base64(std::string_view bytes) {
+  constexpr std::string_view kDigits =
+      "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+  std::string text;
+  text.reserve((bytes.size() + 2) / 3 * 4);
+  for (std::size_t i = 0; i < bytes.size(); i += 3) {
+    const std::size_t count = std::min<std::size_t>(3, bytes.size() - i);
+    std::uint32_t group = 0;
+    for (std::size_t k = 0; k < 3; ++k) {
+      const unsigned char byte = k < count ? static_cast<unsigned char>(bytes[i + k]) : 0;
+      group = (group << 8) | byte;
+    }
+    for (std::size_t k = 0; k < 4; ++k)
+      text += k <= count ? kDigits[(group >> (18 - 6 * k)) & 63U] : '=';
+  }
+  return text;
+}
+
+}  // namespace pled::report
