@@ -45,7 +45,7 @@ for n in "${!recordings[@]}"; do
 done | xargs -0 -n 3 -P "$jobs" bash -c '
   program=$1; shift; config=("${@:1:$#-3}"); set -- "${@: -3}"
   rm -rf "$3"
-  "$program" replay "$1" --start "$2" --out "$3" --force "${config[@]}" > "$3.log" 2>&1 || echo "failed: $1 --start $2 (see $3.log)" >&2
+  "$program" replay "$1" --start "$2" --out "$3" --force --no-report "${config[@]}" > "$3.log" 2>&1 || echo "failed: $1 --start $2 (see $3.log)" >&2
 ' accuracy "$program" "${config[@]}"
 
 value() { # file key: the number after "key" in a report, or "none"

@@ -38,5 +38,5 @@ step "comparing with the truth"
 step "done"
 printf '%s\n' "trajectory  $result/trajectory.tum   t tx ty tz qx qy qz qw, one line a frame" \
   "features    $result/features.csv" \
-  "report      $result/report.json" \
+  "report      $result/report.json, to look at: $result/report.html" \
   "again       $program replay $recording --out $result --force"

@@ -9,6 +9,7 @@
 
 #include "pled_vins/config/nearest.hpp"
 #include "src/apps/text.hpp"
+#include "src/apps/version.hpp"
 
 namespace pled::apps {
 namespace {
@@ -21,7 +22,7 @@ constexpr const char* kAbout =
 /// The subcommands, each declared on the parser.
 struct Parser {
   Parser() : app(kAbout, "pled-vins"), commands(all_commands()) {
-    app.set_version_flag("--version", "pled-vins " PLED_VERSION);
+    app.set_version_flag("--version", std::string("pled-vins ") + version());
     app.require_subcommand(1);
     app.fallthrough();
     for (const auto& command : commands) {

@@ -60,6 +60,18 @@ std::string OutputFile::error() const {
   return "cannot write " + name_ + ": " + std::strerror(errno_);
 }
 
+std::string write_whole(const fs::path& target, std::string_view text) {
+  const fs::path part = target.string() + ".part";
+  OutputFile file;
+  const bool written = file.open(part) && file.write(text) && file.close();
+  std::error_code error;
+  if (written) fs::rename(part, target, error);
+  if (written && !error) return {};
+  std::error_code ignored;
+  fs::remove(part, ignored);
+  return written ? "cannot write " + target.string() + ": " + error.message() : file.error();
+}
+
 std::string prepare_output_folder(const fs::path& folder, const std::vector<std::string>& names,
                                   bool force) {
   std::error_code error;

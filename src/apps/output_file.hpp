@@ -43,6 +43,10 @@ class OutputFile {
   int errno_ = 0;
 };
 
+/// Writes a file whole or not at all: a reader never sees half of it. Returns what
+/// went wrong, empty when nothing did.
+[[nodiscard]] std::string write_whole(const std::filesystem::path& target, std::string_view text);
+
 /// Makes `folder` ready for results with the given file names: creates it, refuses
 /// to overwrite any of them unless `force`, and tries that a file can be written.
 /// Returns what is wrong, empty when it is ready.

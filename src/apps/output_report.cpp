@@ -1,7 +1,5 @@
 #include "src/apps/output_report.hpp"
 
-#include <system_error>
-
 #include <nlohmann/json.hpp>
 
 #include "src/apps/json_number.hpp"
@@ -45,6 +43,7 @@ Json stages(const std::vector<StageReport>& list) {
 std::string to_json(const ReplayReport& report) {
   Json out;
   out["schema"] = ReplayReport::kSchema;
+  out["version"] = report.version;
   out["recording"] = report.recording;
   out["duration_s"] = json_number(report.duration_s);
   out["initialised_at_s"] = json_number(report.initialised_at_s);
@@ -61,22 +60,13 @@ std::string to_json(const ReplayReport& report) {
   out["faults"] = Json::object();
   for (const auto& [kind, count] : report.faults) out["faults"][kind] = count;
   out["resets"] = report.resets;
+  out["reset_stamps_s"] = report.reset_stamps_s;
   // A folder's name may hold any bytes; they must not make the report fail.
   return out.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 
 std::string write_report(const ReplayReport& report, const std::filesystem::path& folder) {
-  // Whole or not at all: a reader never sees half a report.
-  const std::filesystem::path target = folder / ReplayReport::kFileName;
-  const std::filesystem::path part = target.string() + ".part";
-  OutputFile file;
-  const bool written = file.open(part) && file.write(to_json(report)) && file.close();
-  std::error_code error;
-  if (written) std::filesystem::rename(part, target, error);
-  if (written && !error) return {};
-  std::error_code ignored;
-  std::filesystem::remove(part, ignored);
-  return written ? "cannot write " + target.string() + ": " + error.message() : file.error();
+  return write_whole(folder / ReplayReport::kFileName, to_json(report));
 }
 
 }  // namespace pled::apps

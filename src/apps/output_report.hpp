@@ -42,8 +42,11 @@ struct MemoryReport {
 /// report.json of a replay. What is absent is written as null, never left out.
 struct ReplayReport {
   static constexpr const char* kFileName = "report.json";
+  /// The settings that the run was done with, beside it.
+  static constexpr const char* kConfigFileName = "config.yaml";
   static constexpr const char* kSchema = "pled-vins/replay-report/1";
 
+  std::string version;  ///< of the program that made it
   std::string recording;
   std::optional<double> duration_s;        ///< of the recording, as replayed
   std::optional<double> initialised_at_s;  ///< after the first frame replayed
@@ -56,6 +59,7 @@ struct ReplayReport {
   MemoryReport memory;
   std::vector<std::pair<std::string, std::uint64_t>> faults;  ///< kind and count
   std::uint64_t resets = 0;
+  std::vector<double> reset_stamps_s;  ///< of the first frame after each, as the recording has it
 };
 
 /// The report as JSON text, keys in the order of the struct.

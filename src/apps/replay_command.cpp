@@ -1,9 +1,12 @@
+#include <cstdio>
 #include <string>
 
 #include <CLI/CLI.hpp>
 
+#include "pled_vins/report/report.hpp"
 #include "src/apps/commands.hpp"
 #include "src/apps/replay_session.hpp"
+#include "src/apps/text.hpp"
 
 namespace pled::apps {
 namespace {
@@ -38,7 +41,8 @@ class ReplayCommand final : public Command {
     app.add_option("RECORDING", options_.recording,
                    "Folder in the RPG DAVIS layout, or a EuRoC mav0 folder")
         ->required();
-    app.add_option("--out", options_.out, "Folder for trajectory.tum, features.csv, report.json")
+    app.add_option("--out", options_.out,
+                   "Folder for trajectory.tum, features.csv, report.json, config.yaml, report.html")
         ->required();
     app.add_flag("--force", options_.force, "Overwrite results that are there");
     app.add_option("--config", options_.config, "Settings file (YAML); default: built-in settings");
@@ -50,12 +54,28 @@ class ReplayCommand final : public Command {
                    "Play at most this many seconds; default: all")
         ->type_name("S")
         ->check(seconds(false));
+    app.add_flag("--no-report", no_report_, "Do not make report.html");
   }
 
-  ExitCode run() override { return run_replay(options_) ? ExitCode::kDone : ExitCode::kFailed; }
+  ExitCode run() override {
+    if (!run_replay(options_)) return ExitCode::kFailed;
+    if (!no_report_) make_page();
+    return ExitCode::kDone;
+  }
 
  private:
+  /// The results are good whether or not there is a page about them.
+  void make_page() const {
+    const report::Outcome page = report::write_report(options_.out, {});
+    for (const std::string& note : page.notes) print_note(note);
+    if (page.error.empty())
+      std::printf("%-15s %s\n", "report", page.file.c_str());
+    else
+      print_warning("no report was made: " + page.error);
+  }
+
   ReplayOptions options_;
+  bool no_report_ = false;
 };
 
 }  // namespace

@@ -13,6 +13,10 @@ bool ReplayOutput::on_frame(const FrameResult& result) noexcept {
   const BackendOutput& backend = *result.backend;
   if (!first_frame_ns_) first_frame_ns_ = frame.stamp_ns;
   bool ok = features_.write_frame(frame, backend.weights.span());
+  if (backend.pose.reset_counter != resets_) {
+    resets_ = backend.pose.reset_counter;
+    resets_ns_.push_back(frame.stamp_ns);
+  }
   if (backend.has_pose) {
     const PoseEstimate& pose = result.pose_at_stamp;
     ok = poses_.write(pose).ok() && ok;

@@ -5,6 +5,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "pled_vins/pipeline/inline_runner.hpp"
 #include "src/apps/output_features.hpp"
@@ -32,6 +33,8 @@ class ReplayOutput final : public ResultSink {
   [[nodiscard]] std::optional<std::int64_t> first_pose_ns() const noexcept {
     return first_pose_ns_;
   }
+  /// Stamps of the first frames after a reset.
+  [[nodiscard]] const std::vector<std::int64_t>& resets_ns() const noexcept { return resets_ns_; }
   /// Why the estimator has not started, as of the last frame without a pose.
   [[nodiscard]] std::string_view last_refusal() const noexcept { return last_refusal_; }
 
@@ -42,6 +45,8 @@ class ReplayOutput final : public ResultSink {
   FeaturesWriter features_;
   std::uint64_t poses_written_ = 0;
   std::optional<std::int64_t> first_pose_ns_;
+  std::vector<std::int64_t> resets_ns_;
+  std::uint32_t resets_ = 0;
   std::optional<std::int64_t> first_frame_ns_;
   std::string_view last_refusal_;
 };

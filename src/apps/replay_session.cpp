@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cstdio>
+#include <filesystem>
 #include <memory>
 #include <variant>
 #include <vector>
@@ -12,6 +13,7 @@
 #include "pled_vins/backend/window_solver.hpp"
 #include "pled_vins/config/app_config.hpp"
 #include "pled_vins/config/calibration.hpp"
+#include "pled_vins/report/report.hpp"
 #include "src/apps/estimator_storage.hpp"
 #include "src/apps/output_file.hpp"
 #include "src/apps/output_report.hpp"
@@ -100,6 +102,21 @@ void tell_last_faults(const Streams& streams) {
     if (!words.empty()) print_note("last fault: " + std::string(words));
 }
 
+/// Makes the output folder ready and leaves in it what the run is done with. The page
+/// of an earlier run goes too: it would speak of results that are no longer there.
+bool prepare_results(const ReplayOptions& options, const AppConfig& config) {
+  std::string refusal = prepare_output_folder(
+      options.out,
+      {TrajectoryWriter::kFileName, FeaturesWriter::kFileName, ReplayReport::kFileName,
+       ReplayReport::kConfigFileName, report::kReportFileName},
+      options.force);
+  if (refusal.empty())
+    refusal = write_whole(std::filesystem::path(options.out) / ReplayReport::kConfigFileName,
+                          to_documented_yaml(config));
+  if (!refusal.empty()) print_error(refusal);
+  return refusal.empty();
+}
+
 double played_length_s(double whole_s, const ReplayOptions& options) {
   const double rest_s = std::max(0.0, whole_s - options.start_s);
   return options.duration_s ? std::min(rest_s, *options.duration_s) : rest_s;
@@ -132,14 +149,7 @@ bool run_replay(const ReplayOptions& options) {
   }
   const double whole_s = recording_length_s(recording);
   if (!start_is_inside(whole_s, options)) return false;
-  refusal = prepare_output_folder(
-      options.out,
-      {TrajectoryWriter::kFileName, FeaturesWriter::kFileName, ReplayReport::kFileName},
-      options.force);
-  if (!refusal.empty()) {
-    print_error(refusal);
-    return false;
-  }
+  if (!prepare_results(options, *config)) return false;
   problems.clear();
   const std::optional<Streams> streams = open_streams(recording, problems);
   if (print_problems(problems) || !streams) return false;

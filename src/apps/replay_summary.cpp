@@ -9,6 +9,7 @@
 #include "pled_vins/evaluation/evaluate.hpp"
 #include "src/apps/output_report.hpp"
 #include "src/apps/text.hpp"
+#include "src/apps/version.hpp"
 
 namespace pled::apps {
 namespace {
@@ -91,6 +92,7 @@ FlowReport flow(const StreamCounts& counts) { return {counts.in, counts.used, co
 ReplayReport make_report(const ReplayFacts& facts, const ReplayOutput& output) {
   const Health& health = *facts.parts.health;
   ReplayReport report;
+  report.version = version();
   report.recording = facts.options.recording;
   if (facts.end.first_stamp_ns && facts.end.last_stamp_ns) {
     report.duration_s =
@@ -111,6 +113,8 @@ ReplayReport make_report(const ReplayFacts& facts, const ReplayOutput& output) {
   report.memory = {static_bytes(facts.sensor), facts.meters.peak_rss_bytes(),
                    facts.meters.allocations()};
   report.resets = health.faults(Fault::kEstimatorReset);
+  for (const std::int64_t stamp_ns : output.resets_ns())
+    report.reset_stamps_s.push_back(static_cast<double>(stamp_ns) * 1e-9);
   return report;
 }
 

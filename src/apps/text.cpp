@@ -13,6 +13,8 @@ void print_line(const char* kind, std::string_view text) {
 
 void print_error(std::string_view text) { print_line("error", text); }
 
+void print_warning(std::string_view text) { print_line("warning", text); }
+
 void print_note(std::string_view text) { print_line("note", text); }
 
 }  // namespace pled::apps

@@ -159,7 +159,8 @@ void RecordingCopy::replace(const std::string& name, const std::string& from,
 }
 
 Outcome RecordingCopy::replay(const std::vector<std::string>& more) const {
-  std::vector<std::string> arguments{"replay", path().string(), "--out", out().string(), "--force"};
+  std::vector<std::string> arguments{"replay",       path().string(), "--out",
+                                     out().string(), "--force",       "--no-report"};
   arguments.insert(arguments.end(), more.begin(), more.end());
   return run_pled_vins(arguments);
 }

@@ -45,7 +45,7 @@ class RecordingCopy {
   /// Replaces the first occurrence of `from` in a text file; it must be there.
   void replace(const std::string& name, const std::string& from, const std::string& to) const;
 
-  /// `pled-vins replay RECORDING --out OUT --force` and more arguments.
+  /// `pled-vins replay RECORDING --out OUT --force --no-report` and more arguments.
   [[nodiscard]] Outcome replay(const std::vector<std::string>& more = {}) const;
   /// report.json of the last replay, as text.
   [[nodiscard]] std::string report() const { return bytes_of(out() / "report.json"); }

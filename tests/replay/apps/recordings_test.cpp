@@ -38,7 +38,8 @@ struct Run {
 
 Run replay(const fs::path& folder, const std::vector<std::string>& more = {}) {
   const fs::path out = fs::path(PLED_TEST_FOLDER) / ("results-" + folder.filename().string());
-  std::vector<std::string> words{"replay", folder.string(), "--out", out.string(), "--force"};
+  std::vector<std::string> words{"replay",     folder.string(), "--out",
+                                 out.string(), "--force",       "--no-report"};
   words.insert(words.end(), more.begin(), more.end());
   const Outcome o = run_pled_vins(words);
   REQUIRE_MESSAGE(o.code == 0, o.err);

@@ -123,7 +123,8 @@ TEST_SUITE("apps.replay_results") {
     std::sort(keys.begin(), keys.end());
     CHECK(keys == std::vector<std::string>{"accuracy", "cpu_ms_per_frame", "duration_s", "events",
                                            "faults", "frames", "imu", "initialised_at_s", "memory",
-                                           "recording", "resets", "schema", "stages"});
+                                           "recording", "reset_stamps_s", "resets", "schema",
+                                           "stages", "version"});
     const auto frames = recording.lines("images.txt").size();
     CHECK(report["frames"]["in"] == frames);
     CHECK(report["frames"]["used"] == frames);
