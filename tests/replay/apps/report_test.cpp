@@ -118,7 +118,7 @@ TEST_SUITE("apps.report") {
 
   TEST_CASE("a page that cannot be written is a warning after a good replay") {
     const RecordingCopy recording;
-    fs::create_directories(recording.out() / "report.html.part");
+    fs::create_directories(recording.out() / "report.html.part" / "in the way");
     const Outcome o = run_pled_vins({"replay", recording.path().string(), "--out",
                                      recording.out().string(), "--duration", "0.3"});
     CHECK(o.code == 0);
