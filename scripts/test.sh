@@ -36,12 +36,12 @@ count_cases() {
     END { print passed + 0, failed + 0 }' "$1"
 }
 
-# run_tests NAME PRESET TEST_PRESET: builds and runs; a build that fails is one failure.
+# run_tests NAME PRESET TEST_PRESET [BUILD_OPTION...]: builds and runs; a build that fails is one failure.
 run_tests() {
   local name=$1 preset=$2 test_preset=$3 started=$SECONDS log cases_passed cases_failed status=0
   local runner=()
   printf '\n== %s\n' "$name"
-  if ! build_preset "$preset"; then
+  if ! build_preset "$preset" "${@:4}"; then
     count "$name: build" 0 1 $((SECONDS - started))
     return
   fi
@@ -97,7 +97,7 @@ main() {
   run_tests sanitizers asan asan
   if [[ $full -eq 1 ]]; then
     run_tests long release long
-    run_tests threads tsan tsan
+    run_tests threads tsan tsan --target pled_threaded_tests
     run_fuzzers
     check clang-format scripts/lint.sh format
     check clang-tidy scripts/lint.sh tidy
