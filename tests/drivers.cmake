@@ -3,7 +3,7 @@ pled_add_tests(test_drivers
           unit/drivers/text_event_decoder_test.cpp unit/drivers/raw_file_source_test.cpp
           unit/drivers/imu_source_test.cpp unit/drivers/image_reader_test.cpp
           unit/drivers/frame_source_test.cpp unit/drivers/recording_test.cpp
-          unit/drivers/recording_info_test.cpp
+          unit/drivers/recording_info_test.cpp unit/drivers/input_faults_test.cpp
   DEPS pled::replay PNG::PNG JPEG::JPEG)
 pled_add_tests(test_drivers_law LABEL law
   SOURCES law/drivers/event_decoder_test.cpp

@@ -39,11 +39,13 @@ File::~File() {
 
 Result<File> File::open(const char* path) noexcept {
   File file;
-  file.descriptor_ = ::open(path, O_RDONLY | O_CLOEXEC);
+  // A pipe would wait for a writer that may never come; O_NONBLOCK changes nothing for a file.
+  file.descriptor_ = ::open(path, O_RDONLY | O_CLOEXEC | O_NONBLOCK);
   if (file.descriptor_ < 0) return error_from_errno();
   struct stat status {};
   if (::fstat(file.descriptor_, &status) != 0) return error_from_errno();
   if (S_ISDIR(status.st_mode)) return Error{ErrorCode::kInvalidArgument, EISDIR};
+  if (!S_ISREG(status.st_mode)) return Error{ErrorCode::kInvalidArgument, ESPIPE};
   file.size_ = status.st_size;
   return file;
 }
@@ -69,10 +71,13 @@ Result<void> File::seek(std::int64_t offset) noexcept {
   return {};
 }
 
+std::string_view open_reason(Error error) noexcept {
+  if (error.code != ErrorCode::kInvalidArgument) return to_string(error.code);
+  return error.detail == EISDIR ? "it is a folder, not a file" : "it is no regular file";
+}
+
 std::string open_failure(const std::string& path, Error error) {
-  std::string reason{to_string(error.code)};
-  if (error.code == ErrorCode::kInvalidArgument) reason = "it is a folder, not a file";
-  return "cannot open " + path + ": " + reason;
+  return std::string("cannot open ").append(path).append(": ").append(open_reason(error));
 }
 
 }  // namespace pled::replay

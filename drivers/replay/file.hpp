@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <span>
 #include <string>
+#include <string_view>
 
 #include "pled_vins/core/result.hpp"
 
@@ -19,7 +20,8 @@ class File {
   File& operator=(const File&) = delete;
   ~File();
 
-  /// Errors: kNotFound, kPermission, kInvalidArgument (a folder), kIoFailure; detail = errno.
+  /// Never waits. Errors: kNotFound, kPermission, kInvalidArgument (a folder, a pipe, a
+  /// device), kIoFailure; detail = errno.
   [[nodiscard]] static Result<File> open(const char* path) noexcept;
 
   /// Fills as much of `out` as the file still has; 0 at its end. Errors: kIoFailure.
@@ -34,6 +36,8 @@ class File {
   std::int64_t size_ = 0;
 };
 
+/// Why a failed open failed.
+[[nodiscard]] std::string_view open_reason(Error error) noexcept;
 /// "cannot open /some/file: permission denied": words for a failed open.
 [[nodiscard]] std::string open_failure(const std::string& path, Error error);
 

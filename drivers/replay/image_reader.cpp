@@ -44,7 +44,7 @@ Result<ImageSize> ImageReader::decode(const char* path, DecodeTarget& target) no
   target.arena = arena_;
   message_.set("unreadable");
   if (const auto opened = in_->open(path); !opened.ok()) {
-    const std::string_view why = to_string(opened.error().code);
+    const std::string_view why = open_reason(opened.error());
     message_.set("%.*s", static_cast<int>(why.size()), why.data());
     return opened.error();
   }

@@ -20,7 +20,8 @@ Result<std::string_view> LineReader::next() noexcept {
   while (true) {
     const auto raw = next_raw();
     if (!raw.ok()) return raw.error();
-    const std::string_view line = trimmed_line(raw.value());
+    std::string_view line = trimmed_line(raw.value());
+    if (line_number_ == 1 && line.starts_with(kUtf8Mark)) line.remove_prefix(kUtf8Mark.size());
     if (!is_blank_or_comment(line)) return line;
   }
 }

@@ -9,6 +9,9 @@
 
 namespace pled::replay {
 
+/// What some editors put before a text; no part of it.
+inline constexpr std::string_view kUtf8Mark = "\xEF\xBB\xBF";
+
 /// The lines of a text file, one at a time, through one buffer of fixed size.
 class LineReader {
  public:

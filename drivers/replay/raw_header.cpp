@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <string_view>
-#include <vector>
 
 #include "drivers/decode/decimal.hpp"
 #include "drivers/replay/file.hpp"
@@ -93,12 +92,19 @@ Result<RawHeader> parse_raw_header(std::span<const std::byte> head) noexcept {
 }
 
 Result<RawHeader> read_raw_header(const char* path) {
+  const auto head = read_head(path);
+  if (!head.ok()) return head.error();
+  return parse_raw_header(head.value());
+}
+
+Result<std::vector<std::byte>> read_head(const char* path) {
   auto file = File::open(path);
   if (!file.ok()) return file.error();
   std::vector<std::byte> head(kMaxRawHeaderBytes);
   const auto got = file.value().read(head);
   if (!got.ok()) return got.error();
-  return parse_raw_header(std::span{head}.first(got.value()));
+  head.resize(got.value());
+  return head;
 }
 
 }  // namespace pled::replay

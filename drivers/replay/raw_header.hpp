@@ -3,6 +3,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <span>
+#include <vector>
 
 #include "pled_vins/core/result.hpp"
 
@@ -29,5 +30,8 @@ inline constexpr std::size_t kMaxRawHeaderBytes = 16 * 1024;
 
 /// Opens, reads and parses the head of a RAW file. Errors: those and File::open's.
 [[nodiscard]] Result<RawHeader> read_raw_header(const char* path);
+
+/// The first kMaxRawHeaderBytes of a file, or all of it. Errors: File::open's, kIoFailure.
+[[nodiscard]] Result<std::vector<std::byte>> read_head(const char* path);
 
 }  // namespace pled::replay

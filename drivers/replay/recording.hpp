@@ -10,6 +10,7 @@
 #include "drivers/replay/imu_source.hpp"
 #include "drivers/replay/problem.hpp"
 #include "drivers/replay/raw_file_source.hpp"
+#include "drivers/replay/raw_header.hpp"
 #include "drivers/replay/truth_reader.hpp"
 #include "pled_vins/hal/event_source.hpp"
 
@@ -92,6 +93,7 @@ class Recording {
   void find_rpg_files(Problems& problems);
   void find_euroc_files(const std::string& mav0, Problems& problems);
   [[nodiscard]] bool look_at_events(Problems& problems);
+  [[nodiscard]] bool take_raw_header(const RawHeader& header, Problems& problems);
   void look_at_frames(Problems& problems);
   [[nodiscard]] FrameFileSource::Options frame_options(ImageSize size, std::size_t slots) const;
   [[nodiscard]] const std::string& path_of(Stream stream) const noexcept;

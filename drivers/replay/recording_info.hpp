@@ -36,9 +36,16 @@ struct FrameInfo {
   std::uint64_t count = 0;  ///< readable and in order
   double first_s = 0.0;
   double last_s = 0.0;
-  double rate_hz = 0.0;  ///< intervals over the time between the first and the last
+  double rate_hz = 0.0;    ///< intervals over the time between the first and the last
+  std::uint64_t gaps = 0;  ///< intervals > max(4.5 * median, 100 ms)
+  double longest_gap_s = 0.0;
   int width = 0;
   int height = 0;
+};
+
+struct MaskInfo {
+  bool present = false;
+  std::uint64_t count = 0;  ///< readable and in order
 };
 
 struct TruthInfo {
@@ -54,15 +61,16 @@ struct RecordingInfo {
   ImuInfo imu;
   FrameInfo frames;
   TruthInfo truth;
-  bool masks = false;
+  MaskInfo masks;
   std::vector<std::string> problems;  ///< at most kMaxProblemsOfAKind each, then a count
 };
 
 inline constexpr std::uint64_t kMaxProblemsOfAKind = 5;
 
 /// Reads the whole recording once (the inertial file twice) with memory that
-/// does not grow with its length. `progress` is called with rising values in
-/// [0, 1] and may be empty. Errors: kIoFailure; their words are in `problems`.
+/// does not grow with its length, but for 8 bytes a listed frame. `progress` is called
+/// with rising values in [0, 1] and may be empty. Errors: kIoFailure, kUnsupported (a
+/// single file that holds no events after all); their words are in `problems`.
 [[nodiscard]] Result<RecordingInfo> survey(const Recording& recording, Problems& problems,
                                            const std::function<void(double)>& progress);
 

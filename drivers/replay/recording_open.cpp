@@ -2,6 +2,7 @@
 #include <system_error>
 #include <utility>
 
+#include "drivers/replay/foreign_format.hpp"
 #include "drivers/replay/raw_header.hpp"
 #include "drivers/replay/recording.hpp"
 
@@ -25,10 +26,17 @@ void add(Problems& problems, Severity severity, const std::string& file, std::st
 }
 
 /// The path when there is such a file with something in it; otherwise empty, with
-/// a warning when the file is there and empty.
+/// a warning when the file is there and empty, or no file.
 [[nodiscard]] std::string usable_file(const std::string& path, Problems& problems) {
-  if (!is_file(path)) return {};
   std::error_code error;
+  if (!is_file(path)) {
+    if (is_folder(path) || fs::exists(path, error)) {
+      add(problems, Severity::kWarning, path,
+          is_folder(path) ? "is a folder, not a file; it is treated as missing"
+                          : "is no regular file; it is treated as missing");
+    }
+    return {};
+  }
   if (fs::file_size(path, error) == 0 && !error) {
     add(problems, Severity::kWarning, path, "the file is empty; it is treated as missing");
     return {};
@@ -108,39 +116,56 @@ void Recording::find_euroc_files(const std::string& mav0, Problems& problems) {
 }
 
 /// Tells the format of the event file and, from its header, the sensor's size. The frames
-/// do not tell it: they may be another camera's. False when the
-/// format cannot be read.
+/// do not tell it: they may be another camera's. False when the format cannot be read.
 bool Recording::look_at_events(Problems& problems) {
   if (files_.events.empty()) return true;
-  auto lines = LineReader::open(files_.events.c_str());
-  if (!lines.ok()) {
-    add(problems, Severity::kError, files_.events, open_failure(files_.events, lines.error()));
+  const auto head = read_head(files_.events.c_str());
+  if (!head.ok()) {
+    add(problems, Severity::kError, {}, open_failure(files_.events, head.error()));
     return false;
   }
-  const auto header = read_raw_header(files_.events.c_str());
+  if (const std::string_view name = foreign_format(head.value()); !name.empty()) {
+    add(problems, Severity::kError, files_.events,
+        std::string("is not an event file that can be read: it is ").append(name));
+    return false;
+  }
+  const auto header = parse_raw_header(head.value());
   if (!header.ok()) {
     problems.push_back({Severity::kError, files_.events, header.error().detail,
                         "the RAW header gives a sensor size that is none (1..2048 pixels a side)"});
     return false;
   }
-  const bool named_raw = files_.events.ends_with(".raw");
-  if (header.value().bytes == 0 && !named_raw) {
-    event_format_ = EventFileFormat::kText;
-    return true;
-  }
-  if (header.value().format == RawFormat::kEvt2 || header.value().format == RawFormat::kEvt21) {
+  if (header.value().bytes > 0 || files_.events.ends_with(".raw"))
+    return take_raw_header(header.value(), problems);
+  event_format_ = EventFileFormat::kText;
+  const std::string_view text{reinterpret_cast<const char*>(head.value().data()),
+                              head.value().size()};
+  if (text.starts_with(kUtf8Mark)) event_header_bytes_ = std::ssize(kUtf8Mark);
+  return true;
+}
+
+/// False when the words behind the header are in a format that is not read.
+bool Recording::take_raw_header(const RawHeader& header, Problems& problems) {
+  if (header.format == RawFormat::kEvt2 || header.format == RawFormat::kEvt21) {
     add(problems, Severity::kError, files_.events,
         "the events are in EVT2; only EVT3 and text are read here: convert the file to EVT3");
     return false;
   }
-  if (header.value().format == RawFormat::kUnknown) {
+  if (header.format == RawFormat::kUnknown) {
     add(problems, Severity::kWarning, files_.events,
         "the RAW header names no known format; the words are read as EVT3");
   }
   event_format_ = EventFileFormat::kEvt3;
-  event_header_bytes_ = static_cast<std::int64_t>(header.value().bytes);
-  if (header.value().width_px > 0 && header.value().height_px > 0) {
-    event_size_ = {header.value().width_px, header.value().height_px};
+  event_header_bytes_ = static_cast<std::int64_t>(header.bytes);
+  if (header.width_px > 0 && header.height_px > 0)
+    event_size_ = {header.width_px, header.height_px};
+  std::error_code error;
+  const std::uintmax_t words = fs::file_size(files_.events, error) - header.bytes;
+  if (!error && words == 0)
+    add(problems, Severity::kWarning, files_.events, "holds a header and not one event");
+  if (!error && words % 2 != 0) {
+    add(problems, Severity::kWarning, files_.events,
+        "ends in the middle of a word: it was cut, and what followed is missing");
   }
   return true;
 }

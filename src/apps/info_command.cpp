@@ -24,9 +24,7 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 /// A value that means something only when the stream holds anything.
-Json known(bool is_known, double value) {
-  return json_number(is_known ? std::optional<double>(value) : std::nullopt);
-}
+Json known(bool is_known, double value) { return is_known ? json_number(value) : Json(nullptr); }
 
 Json size_or_null(int pixels) { return pixels > 0 ? Json(pixels) : Json(nullptr); }
 
@@ -36,18 +34,20 @@ Json to_json(const replay::RecordingInfo& info, const std::vector<std::string>& 
   const replay::FrameInfo& f = info.frames;
   Json out;
   out["events"] = {{"count", e.count},
-                   {"first_s", known(e.count > 0, e.first_s)},
-                   {"last_s", known(e.count > 0, e.last_s)},
+                   {"first_s", e.count > 0 ? json_seconds(e.first_s) : Json(nullptr)},
+                   {"last_s", e.count > 0 ? json_seconds(e.last_s) : Json(nullptr)},
                    {"rate_hz", known(e.count > 1, e.rate_hz)},
                    {"width", size_or_null(e.width)},
                    {"height", size_or_null(e.height)}};
   out["imu"] = {{"count", i.count}, {"rate_hz", known(i.count > 1, i.rate_hz)}, {"gaps", i.gaps}};
   out["frames"] = {{"count", f.count},
-                   {"first_s", known(f.count > 0, f.first_s)},
-                   {"last_s", known(f.count > 0, f.last_s)},
+                   {"first_s", f.count > 0 ? json_seconds(f.first_s) : Json(nullptr)},
+                   {"last_s", f.count > 0 ? json_seconds(f.last_s) : Json(nullptr)},
                    {"rate_hz", known(f.count > 1, f.rate_hz)},
                    {"width", size_or_null(f.width)},
-                   {"height", size_or_null(f.height)}};
+                   {"height", size_or_null(f.height)},
+                   {"gaps", f.gaps}};
+  out["masks"] = {{"count", info.masks.count}};
   out["problems"] = problems;
   return out;
 }
@@ -72,7 +72,8 @@ void print_text(const replay::RecordingInfo& info, const std::vector<std::string
     std::printf("truth     %llu, %.6f ... %.6f s\n",
                 static_cast<unsigned long long>(info.truth.count), info.truth.first_s,
                 info.truth.last_s);
-  if (info.masks) std::printf("masks     yes\n");
+  if (info.masks.present)
+    std::printf("masks     %llu\n", static_cast<unsigned long long>(info.masks.count));
   if (problems.empty()) std::printf("problems  none\n");
   for (const std::string& problem : problems) std::printf("problem   %s\n", problem.c_str());
 }

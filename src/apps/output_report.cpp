@@ -45,8 +45,8 @@ std::string to_json(const ReplayReport& report) {
   out["schema"] = ReplayReport::kSchema;
   out["version"] = report.version;
   out["recording"] = report.recording;
-  out["duration_s"] = json_number(report.duration_s);
-  out["initialised_at_s"] = json_number(report.initialised_at_s);
+  out["duration_s"] = json_seconds(report.duration_s);
+  out["initialised_at_s"] = json_seconds(report.initialised_at_s);
   out["accuracy"] = accuracy(report.accuracy);
   out["stages"] = stages(report.stages);
   out["cpu_ms_per_frame"] = json_number(report.cpu_ms_per_frame);
