@@ -1,8 +1,11 @@
+#include <algorithm>
+#include <cstdint>
 #include <cstdio>
 #include <filesystem>
 #include <optional>
 #include <string>
 #include <variant>
+#include <vector>
 
 #include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>
@@ -43,7 +46,8 @@ void print_text(const Evaluation& e) {
   print_figure("coverage", e.coverage);
   std::printf("%-14s %zu of %zu (%zu outside the truth, %zu in its gaps)\n", "poses", e.matched,
               e.poses, e.outside_truth, e.in_truth_gap);
-  std::printf("%-14s %.6f\n%-14s %.6f\n", "path_m", e.path_m, "span_s", e.span_s);
+  print_figure("path_m", e.path_m);
+  print_figure("span_s", e.span_s);
 }
 
 void print_json(const Evaluation& e) {
@@ -58,8 +62,8 @@ void print_json(const Evaluation& e) {
                   {"outside_truth", e.outside_truth},
                   {"in_truth_gap", e.in_truth_gap},
                   {"rpe_pairs", e.rpe_pairs}};
-  out["path_m"] = e.path_m;
-  out["span_s"] = e.span_s;
+  out["path_m"] = json_number(e.path_m);
+  out["span_s"] = json_seconds(e.span_s);
   out["notes"] = e.notes;
   std::printf("%s\n", out.dump(2).c_str());
 }
@@ -74,7 +78,7 @@ class EvaluateCommand final : public Command {
     return "  pled-vins evaluate out/trajectory.tum recording/groundtruth.txt\n"
            "  pled-vins evaluate out/trajectory.tum mav0/state_groundtruth_estimate0/data.csv "
            "--json\n"
-           "  pled-vins evaluate a.tum truth.txt --frames recording/images.txt";
+           "  pled-vins evaluate a.tum truth.txt --frames recording/images.txt --start 2.5";
   }
 
   void declare(CLI::App& app) override {
@@ -84,6 +88,13 @@ class EvaluateCommand final : public Command {
     app.add_option("--frames", frames_,
                    "Stamps of the frames, for the coverage: images.txt or EuRoC data.csv "
                    "(default: the one beside TRUTH)");
+    app.add_option("--start", start_s_,
+                   "Coverage counts from this many seconds after the first frame: what replay's "
+                   "--start was")
+        ->check(CLI::NonNegativeNumber);
+    app.add_option("--duration", duration_s_,
+                   "... and for this many seconds: what replay's --duration was")
+        ->check(CLI::PositiveNumber);
     app.add_flag("--json", json_, "Print JSON");
   }
 
@@ -98,7 +109,7 @@ class EvaluateCommand final : public Command {
       const auto stamps = read_frame_stamps(frames_file);
       if (const auto* error = std::get_if<FileError>(&stamps)) return failed(*error);
       const auto& listed = std::get<FrameStamps>(stamps);
-      span = frame_span(listed.ns);
+      span = played(listed.ns);
       if (listed.passed_over > 0)
         print_note(frames_file.string() + ": passed over " + std::to_string(listed.passed_over) +
                    " lines without a time, a path, or with a time not after the one before");
@@ -111,6 +122,26 @@ class EvaluateCommand final : public Command {
   }
 
  private:
+  /// The frames that replay played with the same --start and --duration; the period is
+  /// the whole recording's.
+  [[nodiscard]] std::optional<FrameSpan> played(const std::vector<std::int64_t>& stamps_ns) const {
+    std::optional<FrameSpan> span = frame_span(stamps_ns);
+    if (!span) return span;
+    const std::int64_t first_ns = stamps_ns.front();
+    const auto inside = [&](std::int64_t stamp_ns) {
+      const double since_s = static_cast<double>(stamp_ns - first_ns) * 1e-9;
+      constexpr double kRounding_s = 1e-6;  // as replay rounds its options
+      return since_s >= start_s_ - kRounding_s &&
+             (!duration_s_ || since_s <= start_s_ + *duration_s_ + kRounding_s);
+    };
+    const auto begin = std::find_if(stamps_ns.begin(), stamps_ns.end(), inside);
+    const auto end = std::find_if(stamps_ns.rbegin(), stamps_ns.rend(), inside);
+    if (begin == stamps_ns.end()) return FrameSpan{first_ns, first_ns, span->period_ns};
+    span->first_ns = *begin;
+    span->last_ns = *end;
+    return span;
+  }
+
   static ExitCode failed(const FileError& error) {
     print_error(error.message());
     return ExitCode::kFailed;
@@ -119,6 +150,8 @@ class EvaluateCommand final : public Command {
   std::string trajectory_;
   std::string truth_;
   std::string frames_;
+  double start_s_ = 0.0;
+  std::optional<double> duration_s_;
   bool json_ = false;
 };
 

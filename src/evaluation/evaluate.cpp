@@ -100,8 +100,8 @@ void absolute_errors(std::span<const StampedPose> truth, const std::vector<Match
   e.ate_rmse_m = std::sqrt(sum_m2 / count);
   e.path_m = path_length_m(truth, matches);
   e.span_s = seconds(matches.back().stamp_ns - matches.front().stamp_ns);
-  if (e.path_m > 0)
-    e.mpe_percent = 100.0 * (sum_m / count) / e.path_m;
+  if (*e.path_m > 0)
+    e.mpe_percent = 100.0 * (sum_m / count) / *e.path_m;
   else
     e.notes.emplace_back("no MPE: the truth does not move");
 }

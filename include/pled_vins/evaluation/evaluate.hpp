@@ -51,9 +51,9 @@ struct Evaluation {
   std::size_t outside_truth = 0;  ///< dropped: before its start or after its end
   std::size_t in_truth_gap = 0;   ///< dropped: between truth poses more than 0.1 s apart
   std::size_t rpe_pairs = 0;
-  double path_m = 0.0;    ///< length of the truth's path over the evaluated span
-  double span_s = 0.0;    ///< first to last matched pose
-  Pose T_truth_estimate;  ///< the alignment: truth = T * estimate
+  std::optional<double> path_m;  ///< length of the truth's path over the evaluated span
+  std::optional<double> span_s;  ///< first to last matched pose
+  Pose T_truth_estimate;         ///< the alignment: truth = T * estimate
   std::vector<PositionError> position_errors;  ///< one a matched pose: the ATE over time
   std::vector<std::string> notes;              ///< why a figure is absent or what it rests on
 };
