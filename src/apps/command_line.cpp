@@ -82,6 +82,15 @@ ExitCode refuse_unknown_command(const Parser& parser, const std::string& word) {
   return ExitCode::kMisused;
 }
 
+/// Words behind `--` are names even when they begin with a dash. Every such word is a path
+/// here: written as one, it needs no `--`.
+void spell_out_names(std::vector<std::string>& words) {
+  const auto dashes = std::find(words.begin(), words.end(), "--");
+  if (dashes == words.end()) return;
+  for (auto word = words.erase(dashes); word != words.end(); ++word)
+    if (word->starts_with('-')) word->insert(0, "./");
+}
+
 /// What CLI11 found wrong, with the option that was likely meant.
 ExitCode refuse_misuse(const Parser& parser, const CLI::ParseError& error) {
   std::string text = error.what();
@@ -97,9 +106,9 @@ ExitCode refuse_misuse(const Parser& parser, const CLI::ParseError& error) {
       for (const std::string& name : option->get_lnames()) names.push_back("--" + name);
     const std::vector<std::string_view> candidates(names.begin(), names.end());
     for (const std::string& word : parser.app.remaining(true)) {
-      if (word.starts_with("-"))
-        text += ". Instead of '" + word + "', did you mean '" +
-                std::string(nearest(word, candidates)) + "'?";
+      const std::string_view meant = nearest(word, candidates);
+      if (word.starts_with("-") && word != meant)
+        text += ". Instead of '" + word + "', did you mean '" + std::string(meant) + "'?";
     }
   }
   const bool ended = text.ends_with('?') || text.ends_with('.');
@@ -114,6 +123,7 @@ ExitCode parse_and_run(int argc, const char* const* argv) {
     std::fputs(parser.app.help().c_str(), stderr);
     return ExitCode::kMisused;
   }
+  spell_out_names(words);
   std::string unknown;
   words = command_first(parser, std::move(words), unknown);
   if (!unknown.empty()) return refuse_unknown_command(parser, unknown);

@@ -149,10 +149,11 @@ bool run_replay(const ReplayOptions& options) {
   }
   const double whole_s = recording_length_s(recording);
   if (!start_is_inside(whole_s, options)) return false;
-  if (!prepare_results(options, *config)) return false;
   problems.clear();
   const std::optional<Streams> streams = open_streams(recording, problems);
   if (print_problems(problems) || !streams) return false;
+  // Last: with --force it removes the results of an earlier run.
+  if (!prepare_results(options, *config)) return false;
 
   const std::unique_ptr<WindowSolver> solver = make_ceres_solver();
   const EstimatorParts parts =
@@ -170,6 +171,8 @@ bool run_replay(const ReplayOptions& options) {
   meters.stop();
   progress.finish();
   tell_last_faults(*streams);
+  if (streams->events && parts.health->events.in == 0)
+    print_note(recording.files().events + " gave not one event in the time that was played");
   return finish_replay({options, recording, *sensor, parts, end, meters, streams->frames->faults()},
                        output);
 }

@@ -33,7 +33,9 @@ class SimulateCommand final : public Command {
     app.add_option("--preset", preset_, "Ready-made options")
         ->check(CLI::IsMember({"demo", "test", "hall", "still"}))
         ->capture_default_str();
-    app.add_option("--seed", seed_, "Same seed, same bytes")->capture_default_str();
+    app.add_option("--seed", seed_, "Same seed, same bytes")
+        ->check(CLI::NonNegativeNumber)
+        ->capture_default_str();
     app.add_option("--duration", duration_s_, "Length, s (default: the preset's)");
     app.add_option("--moving", moving_, "How much moves by itself (default: the preset's)")
         ->check(CLI::IsMember({"none", "low", "high"}));

@@ -146,6 +146,11 @@ TEST_SUITE("apps.replay_bad_files") {
       line = std::to_string(std::stod(line) + 1.7e9) + line.substr(line.find(' '));
     later.set_lines("imu.txt", lines);
     check_refused(later, {"no overlap"});
+    const RecordingCopy kept;
+    REQUIRE(kept.replay({"--duration", "0.2"}).code == 0);
+    kept.set_lines("imu.txt", in_other_unit(kept.lines("imu.txt"), 1e9));
+    CHECK(kept.replay().code == 1);
+    CHECK(fs::exists(kept.out() / "report.json"));  // --force removes nothing before a run can be
     const RecordingCopy unreadable;
     unreadable.write("imu.txt", "1403715273262142976000 0 0 9.81 0 0 0\n");
     check_refused(unreadable, {"imu.txt", "no sample that can be read", "line 1"});

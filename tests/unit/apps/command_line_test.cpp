@@ -70,13 +70,14 @@ TEST_SUITE("apps.command_line") {
       const char* arguments;
       const char* words;
     };
-    for (const Case& c : {Case{"", "Usage"}, Case{"evalute a b", "did you mean 'evaluate'"},
-                          Case{"evaluate a", "TRUTH is required"}, Case{"evaluate a b c", "c"},
-                          Case{"evaluate a b --jsn", "did you mean '--json'"},
-                          Case{"--wrong", "--wrong"}, Case{"config", "--print-default"},
-                          Case{"config --print-default --check a.yaml", "--check"},
-                          Case{"check-imu r --interval soon", "soon"},
-                          Case{"check-consistency --runs 0", "--runs"}}) {
+    for (const Case& c :
+         {Case{"", "Usage"}, Case{"evalute a b", "did you mean 'evaluate'"},
+          Case{"evaluate a", "TRUTH is required"}, Case{"evaluate a b c", "c"},
+          Case{"evaluate a b --jsn", "did you mean '--json'"}, Case{"--wrong", "--wrong"},
+          Case{"config", "--print-default"},
+          Case{"config --print-default --check a.yaml", "--check"},
+          Case{"check-imu r --interval soon", "soon"}, Case{"simulate --out x --seed -1", "--seed"},
+          Case{"check-consistency --runs 0", "--runs"}}) {
       CAPTURE(c.arguments);
       const Outcome o = run(c.arguments);
       CHECK(o.code == 2);
@@ -144,6 +145,39 @@ TEST_SUITE("apps.command_line") {
     CHECK(contains(none.err, "note:"));
   }
 
+  TEST_CASE("evaluate leaves out what too few poses cannot tell, and takes replay's span") {
+    const ScratchFolder folder;
+    const std::string truth = folder.write("truth.txt", walk(81, "0")).string();
+    const std::string two = folder.write("two.tum", walk(2, "0")).string();
+    const Outcome few = run("evaluate '" + two + "' '" + truth + "' --json");
+    REQUIRE(few.code == 0);
+    CHECK(nlohmann::json::parse(few.out)["path_m"].is_null());
+    CHECK(nlohmann::json::parse(few.out)["span_s"].is_null());
+    std::string frames;
+    for (int i = 0; i <= 80; ++i) frames += std::to_string(0.05 * i) + " a.png\n";
+    folder.write("images.txt", frames);
+    const std::string half = folder.write("half.tum", walk(41, "0")).string();
+    const auto coverage = [&](const std::string& options) {
+      const Outcome o = run("evaluate '" + half + "' '" + truth + "' --json" + options);
+      return nlohmann::json::parse(o.out)["coverage"].get<double>();
+    };
+    CHECK(coverage("") == doctest::Approx(0.5));
+    CHECK(coverage(" --duration 2") == doctest::Approx(1.0));
+    CHECK(coverage(" --start 1 --duration 2") == doctest::Approx(0.5));
+  }
+
+  TEST_CASE("words behind -- are names, and a word is never offered in its own place") {
+    const ScratchFolder folder;
+    const std::string a = folder.write("a.tum", walk(41, "0")).string();
+    CHECK(run("evaluate --json -- '" + a + "' '" + a + "'").code == 0);
+    const Outcome dashed = run("evaluate '" + a + "' -- --b");
+    CHECK(dashed.code == 1);
+    CHECK_MESSAGE(contains(dashed.err, "./--b: there is no such file"), dashed.err);
+    const Outcome surplus = run("replay --out x y z --force");
+    CHECK(surplus.code == 2);
+    CHECK_MESSAGE(!contains(surplus.err, "Instead of '--out'"), surplus.err);
+  }
+
   TEST_CASE("config prints defaults that it accepts, and refuses with exit 1 what it must") {
     const Outcome defaults = run("config --print-default");
     REQUIRE(defaults.code == 0);
@@ -202,6 +236,19 @@ TEST_SUITE("apps.command_line") {
     const Outcome empty = run("info '" + folder.path().string() + "'");
     CHECK(empty.code == 1);
     CHECK(empty.err != "");
+  }
+
+  TEST_CASE("info fails on a file that is no event file, and prints times without noise") {
+    const ScratchFolder folder;
+    const std::string imu = folder.write("imu.txt", "0 0 0 9.81 0 0 0\n").string();
+    const Outcome o = run("info '" + imu + "'");
+    CHECK(o.code == 1);
+    CHECK(o.out == "");
+    CHECK_MESSAGE(contains(o.err, "not an event file that can be read"), o.err);
+    const std::string events = folder.write("e.txt", "0.1 3 4 1\n3.1 5 6 0\n").string();
+    const Outcome good = run("info '" + events + "' --json");
+    CHECK(good.code == 0);
+    CHECK_MESSAGE(contains(good.out, "\"last_s\": 3.1,"), good.out);
   }
 
   TEST_CASE("check-imu fails in words when the truth is too short to tell a velocity") {
