@@ -40,12 +40,12 @@ std::vector<std::string> with_settings(const RecordingCopy& recording) {
   return {"--config", (recording.path() / "my.yaml").string()};
 }
 
-/// 15000 events over all of 320 x 240 pixels in 1.5 s.
+/// 15000 events over all of 320 x 240 pixels in 2.4 s.
 void write_large_events(const RecordingCopy& recording) {
   fs::remove(recording.path() / "events.raw");
   std::string text;
   for (int i = 0; i < 15000; ++i)
-    text += std::to_string(1e-4 * i) + " " + std::to_string(i % 320) + " " +
+    text += std::to_string(1.6e-4 * i) + " " + std::to_string(i % 320) + " " +
             std::to_string(i % 240) + " " + std::to_string(i % 2) + "\n";
   recording.write("events.txt", text);
 }
