@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstdint>
+#include <limits>
 
 #include <doctest/doctest.h>
 
@@ -16,6 +17,14 @@ TEST_SUITE("core.timestamp") {
     CHECK(Duration::from_s(-0.0000016).us == -2);
     CHECK(Duration::from_s(0.05).us == 50'000);
     CHECK(Duration::from_s(-3.25).us == -3'250'000);
+  }
+
+  TEST_CASE("seconds that no span can have are held at the largest one, NaN at none") {
+    static_assert(Duration::from_s(1e15).us == 4'000'000'000'000'000'000);
+    static_assert(Duration::from_s(-1e300).us == -4'000'000'000'000'000'000);
+    CHECK(Duration::from_s(std::numeric_limits<double>::infinity()) == Duration::from_s(1e15));
+    CHECK(Duration::from_s(std::numeric_limits<double>::quiet_NaN()).us == 0);
+    CHECK((Timestamp{1'721'000'000'123'457} + Duration::from_s(1e15)).us > 0);
   }
 
   TEST_CASE("milliseconds and seconds name the same span") {
