@@ -93,7 +93,7 @@ TEST_SUITE("drivers.golden_files") {
       CHECK(info.imu.gaps == 0);
       CHECK(info.frames.rate_hz == doctest::Approx(20.0));
       CHECK(info.truth.present);
-      CHECK(info.masks);
+      CHECK(info.masks.present);
       CHECK(info.problems.empty());
     }
   }
