@@ -188,7 +188,8 @@ void PointWorld::make_imu() {
     ImuSample sample;
     sample.t = Timestamp{} + Duration::from_s(kImuStart_s + k / rate);
     const SmoothMotion::Sample m = motion_at(sample.t.seconds());
-    const Eigen::Vector3d force_b = m.q_wb.conjugate() * (m.a_w + options_.gravity_mps2 * Eigen::Vector3d::UnitZ());
+    const Eigen::Vector3d force_b =
+        m.q_wb.conjugate() * (m.a_w + options_.gravity_mps2 * Eigen::Vector3d::UnitZ());
     for (int i = 0; i < 3; ++i) {
       const auto n = static_cast<std::size_t>(i);
       // A density of s per sqrt(Hz) sampled at `rate` has sigma s sqrt(rate).
