@@ -1,4 +1,5 @@
-pled_add_tests(test_backend
+# Whole flights, slow under the sanitizers.
+pled_add_tests(test_backend TIMEOUT 1500
   SOURCES
     law/backend/calibration_test.cpp
     law/backend/consistency_test.cpp
