@@ -201,8 +201,7 @@ NavState Preintegration::predict(const NavState& start) const noexcept {
 void Preintegration::residual(const NavState& i, const NavState& j, Vector15d& r,
                               Matrix15d* d_r_d_i, Matrix15d* d_r_d_j) const noexcept {
   const Matrix3d R_it = i.q_wb.conjugate().toRotationMatrix();
-  const Vector3d p_ij =
-      R_it * (j.p_wb - i.p_wb - i.v_wb * dt_s_ - 0.5 * dt_s_ * dt_s_ * gravity_);
+  const Vector3d p_ij = R_it * (j.p_wb - i.p_wb - i.v_wb * dt_s_ - 0.5 * dt_s_ * dt_s_ * gravity_);
   const Vector3d v_ij = R_it * (j.v_wb - i.v_wb - dt_s_ * gravity_);
   const Vector3d r_theta = so3::log(delta_q(i.bg).conjugate() * (i.q_wb.conjugate() * j.q_wb));
   r.segment<3>(kP) = p_ij - delta_p(i.bg, i.ba);
