@@ -76,6 +76,17 @@ Moved moved_after(const PointWorldOptions& options, double from_s) {
   return {turn.angularDistance(a.q_wb.conjugate() * b.q_wb), still / frames};
 }
 
+/// Stands for 2 s, then moves; every second seed has its motors on.
+PointWorldOptions moving_off(MotionKind motion, std::uint64_t seed) {
+  PointWorldOptions options;
+  options.seed = seed;
+  options.motion = motion;
+  options.still_until_s = 2;
+  options.duration_s = 8;
+  options.vibration_mps2 = seed % 2 == 0 ? 1.5 : 0.0;
+  return options;
+}
+
 }  // namespace
 
 TEST_SUITE("backend.backend") {
@@ -110,16 +121,10 @@ TEST_SUITE("backend.backend") {
 
   TEST_CASE("a rig that creeps at 5 cm/s is not held still, with motors on or off") {
     for (const std::uint64_t seed : {1U, 2U, 3U, 4U}) {
-      const double vibration_mps2 = seed % 2 == 0 ? 1.5 : 0.0;
       CAPTURE(seed);
-      PointWorldOptions options;
-      options.seed = seed;
-      options.motion = MotionKind::kCreep;
+      PointWorldOptions options = moving_off(MotionKind::kCreep, seed);
       options.mean_speed_mps = 0.05;
       options.min_depth_m = 2;
-      options.still_until_s = 2;
-      options.duration_s = 8;
-      options.vibration_mps2 = vibration_mps2;
       // Half a second after it moved off it has gone 5 mm.
       CHECK(moved_after(options, 2.7).still_share == 0);
     }
@@ -127,14 +132,8 @@ TEST_SUITE("backend.backend") {
 
   TEST_CASE("a rig that turns on the spot at 3 deg/s is not held still, with motors on or off") {
     for (const std::uint64_t seed : {1U, 2U, 3U, 4U}) {
-      const double vibration_mps2 = seed % 2 == 0 ? 1.5 : 0.0;
       CAPTURE(seed);
-      PointWorldOptions options;
-      options.seed = seed;
-      options.motion = MotionKind::kPan;
-      options.still_until_s = 2;
-      options.duration_s = 8;
-      options.vibration_mps2 = vibration_mps2;
+      const PointWorldOptions options = moving_off(MotionKind::kPan, seed);
       const Moved moved = moved_after(options, 2.5);
       CHECK(moved.still_share == 0);
       CHECK(moved.error_rad < 0.021);  // of 0.28 rad
