@@ -245,4 +245,9 @@ void Evt3Decoder::resynchronise() noexcept {
   ++faults_.gaps;
 }
 
+void Evt3Decoder::finish() noexcept {
+  if (has_half_word_) ++faults_.malformed;
+  has_half_word_ = false;
+}
+
 }  // namespace pled

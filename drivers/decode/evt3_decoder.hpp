@@ -33,6 +33,7 @@ class Evt3Decoder final : public EventDecoder {
 
   DecodeStep decode(std::span<const std::byte> bytes, std::span<Event> out) noexcept override;
   void resynchronise() noexcept override;
+  void finish() noexcept override;
   [[nodiscard]] const DecoderFaults& faults() const noexcept override { return faults_; }
   /// External trigger words met so far.
   [[nodiscard]] std::uint64_t triggers() const noexcept { return triggers_; }

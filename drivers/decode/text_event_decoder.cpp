@@ -93,4 +93,11 @@ void TextEventDecoder::resynchronise() noexcept {
   ++faults_.gaps;
 }
 
+void TextEventDecoder::finish() noexcept {
+  if ((partial_size_ != 0 || too_long_) && !skip_to_end_) ++faults_.malformed;
+  partial_size_ = 0;
+  too_long_ = false;
+  skip_to_end_ = false;
+}
+
 }  // namespace pled

@@ -25,6 +25,7 @@ class TextEventDecoder final : public EventDecoder {
 
   DecodeStep decode(std::span<const std::byte> bytes, std::span<Event> out) noexcept override;
   void resynchronise() noexcept override;
+  void finish() noexcept override;
   [[nodiscard]] const DecoderFaults& faults() const noexcept override { return faults_; }
 
  private:

@@ -30,6 +30,7 @@ bool EventFeed::refill() noexcept {
       const ErrorCode code = chunk.error().code;
       if (code == ErrorCode::kTimeout) return false;
       ended_ = true;
+      decoder_->finish();
       if (code != ErrorCode::kEndOfStream) failure_ = chunk.error();
       return false;
     }

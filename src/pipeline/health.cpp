@@ -31,6 +31,7 @@ std::string_view to_string(Fault fault) noexcept {
     case Fault::kFrameUnreadable: return "frame_unreadable";
     case Fault::kFrameOutOfOrder: return "frame_out_of_order";
     case Fault::kFrameWrongSize: return "frame_wrong_size";
+    case Fault::kFrameWithoutEvents: return "frame_without_events";
     case Fault::kFrameWithoutImu: return "frame_without_imu";
     case Fault::kEstimatorReset: return "estimator_reset";
     case Fault::kTimeShiftCorrected: return "time_shift_corrected";

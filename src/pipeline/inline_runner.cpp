@@ -8,6 +8,8 @@ namespace {
 // Inertial samples this long before the first frame are kept, so that the first
 // interval is covered to its start.
 constexpr Duration kImuLead = Duration::from_ms(50);
+// An event stream that ends no longer than this before a frame has ended with it.
+constexpr Duration kEventPause = Duration::from_ms(100);
 
 }  // namespace
 
@@ -175,11 +177,16 @@ void InlineRunner::feed_events(Timestamp until) noexcept {
   for (;;) {
     std::span<const Event> events = event_feed_.next(until);
     if (events.empty()) break;
+    newest_event_ = events.back().t;
     const Event* first = std::partition_point(events.data(), events.data() + events.size(),
                                               [this](const Event& e) { return e.t < from_; });
     pipeline_.on_events({first, events.data() + events.size()});
   }
   end_.event_failure = event_feed_.failure();
+  const bool has_events = event_feed_.decoder() != nullptr;
+  // Written so that the least stamp, of a stream without one event, does not overflow.
+  if (has_events && event_feed_.ended() && newest_event_ < until - kEventPause)
+    health_.count(Fault::kFrameWithoutEvents);
 }
 
 void InlineRunner::collect_event_faults() noexcept {

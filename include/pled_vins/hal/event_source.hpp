@@ -57,6 +57,8 @@ class EventDecoder {
   virtual DecodeStep decode(std::span<const std::byte> bytes, std::span<Event> out) noexcept = 0;
   /// Bytes were lost: forget partial words and positions, keep the time base.
   virtual void resynchronise() noexcept = 0;
+  /// No byte follows: a word or line that was cut off is malformed.
+  virtual void finish() noexcept = 0;
   [[nodiscard]] virtual const DecoderFaults& faults() const noexcept = 0;
 };
 

@@ -15,6 +15,7 @@ enum class Fault : std::uint8_t {
   kEventTimeBackwards,
   kEventMalformed,
   kEventGap,
+  kFrameWithoutEvents,  ///< played after the event stream had ended
   kImuGap,
   kImuDuplicate,
   kImuBackwards,

@@ -84,6 +84,7 @@ class InlineRunner {
   std::optional<ImuSample> imu_ahead_;  ///< read, but not handed out yet
   std::uint64_t imu_leaps_ = 0;         ///< samples dropped because their stamp leapt ahead
   Timestamp newest_imu_{INT64_MIN};
+  Timestamp newest_event_{INT64_MIN};  ///< whether played or passed over
   Timestamp from_{INT64_MIN};      ///< first frame of the span, camera's clock
   Timestamp imu_from_{INT64_MIN};  ///< first inertial sample that may be of use
 };

@@ -38,15 +38,18 @@ std::vector<std::string> before(const RecordingCopy& recording, double t_s) {
   return lines;
 }
 
-/// The lines that an undisturbed run writes before a time.
-std::vector<std::string> undisturbed_before(double t_s) {
+/// A recording as it was made, replayed once.
+const RecordingCopy& undisturbed() {
   static const RecordingCopy* recording = [] {
     static const RecordingCopy copy;
     REQUIRE(copy.replay().code == 0);
     return &copy;
   }();
-  return before(*recording, t_s);
+  return *recording;
 }
+
+/// The lines that an undisturbed run writes before a time.
+std::vector<std::string> undisturbed_before(double t_s) { return before(undisturbed(), t_s); }
 
 /// Adds to the stamps of up to `count` lines, from the first that is stamped at or after `from_s`.
 void shift_stamps(const RecordingCopy& recording, const std::string& file, double from_s,
@@ -238,6 +241,19 @@ TEST_SUITE("apps.replay_bad_data") {
     CHECK(report["frames"]["dropped"] == report["faults"]["frame_without_imu"]);
     CHECK(before(recording, 1.49) == undisturbed_before(1.49));
     CHECK(read_tum(recording.out() / kTrajectory).back().t_s < 1.6);
+  }
+
+  TEST_CASE("frames behind the end of the events, and a word cut by it, are counted") {
+    const RecordingCopy recording;
+    std::string bytes = bytes_of(recording.path() / "events.raw");
+    bytes.resize(bytes.size() % 2 == 0 ? bytes.size() / 4 * 2 + 1 : bytes.size() / 4 * 2);
+    recording.write("events.raw", bytes);
+    const json report = report_of(recording);
+    CHECK(report["faults"]["event_malformed"] == 1);
+    const int without = report["faults"]["frame_without_events"].get<int>();
+    CHECK(without > 5);
+    CHECK(without < report["frames"]["in"].get<int>() - 5);
+    CHECK(json::parse(undisturbed().report())["faults"].empty());
   }
 
   TEST_CASE("events outside the sensor and lines that do not read are counted, not used") {

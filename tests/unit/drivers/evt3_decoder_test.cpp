@@ -204,6 +204,19 @@ TEST_SUITE("drivers.evt3_decoder") {
     CHECK(decoder.faults().before_sync == 3);
   }
 
+  TEST_CASE("a word that the end of the stream cuts in half is malformed, once") {
+    Evt3Decoder decoder(640, 480);
+    const auto events = decode_all(decoder, {time_high(7), addr_y(3), cd(1, kOn)});
+    CHECK(events.size() == 1);
+    decoder.finish();
+    CHECK(decoder.faults().malformed == 0);
+    const std::vector<std::byte> half{std::byte{0x55}};
+    CHECK(decode_all(decoder, half).empty());
+    decoder.finish();
+    decoder.finish();
+    CHECK(decoder.faults().malformed == 1);
+  }
+
   TEST_CASE("with little room a call stops early and the next goes on") {
     Evt3Decoder decoder(640, 480);
     Words words{time_high(1), addr_y(1)};

@@ -91,4 +91,12 @@ TEST_SUITE("drivers.text_event_decoder") {
     CHECK(decoder.faults().malformed == 0);
     CHECK(decoder.faults().gaps == 1);
   }
+
+  TEST_CASE("a line that the end of the stream cuts is malformed, once") {
+    TextEventDecoder decoder(240, 180);
+    CHECK(decode_text(decoder, "0.1 1 2 1\n0.2 3").size() == 1);
+    decoder.finish();
+    decoder.finish();
+    CHECK(decoder.faults().malformed == 1);
+  }
 }

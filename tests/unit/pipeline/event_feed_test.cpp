@@ -41,6 +41,7 @@ class ScriptedSource final : public EventSource {
 class CopyDecoder final : public EventDecoder {
  public:
   std::size_t resyncs = 0;
+  std::size_t ends = 0;
 
   DecodeStep decode(std::span<const std::byte> bytes, std::span<Event> out) noexcept override {
     const std::size_t n = std::min(bytes.size() / sizeof(Event), out.size());
@@ -48,6 +49,7 @@ class CopyDecoder final : public EventDecoder {
     return {n * sizeof(Event), n};
   }
   void resynchronise() noexcept override { ++resyncs; }
+  void finish() noexcept override { ++ends; }
   [[nodiscard]] const DecoderFaults& faults() const noexcept override { return faults_; }
 
  private:
@@ -81,8 +83,10 @@ TEST_SUITE("pipeline.event_feed") {
     CHECK(drain(*feed, 9).empty());
     CHECK(drain(*feed, 20) == std::vector<std::int64_t>{10, 20, 20});
     CHECK_FALSE(feed->ended());
+    CHECK(decoder.ends == 0);
     CHECK(drain(*feed, 100) == std::vector<std::int64_t>{30});
     CHECK(feed->ended());
+    CHECK(decoder.ends == 1);
     CHECK_FALSE(feed->failure().has_value());
     CHECK(source.released == 3);
   }
