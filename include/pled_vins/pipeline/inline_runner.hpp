@@ -85,8 +85,8 @@ class InlineRunner {
   std::uint64_t imu_leaps_ = 0;         ///< samples dropped because their stamp leapt ahead
   Timestamp newest_imu_{INT64_MIN};
   Timestamp newest_event_{INT64_MIN};  ///< whether played or passed over
-  Timestamp from_{INT64_MIN};      ///< first frame of the span, camera's clock
-  Timestamp imu_from_{INT64_MIN};  ///< first inertial sample that may be of use
+  Timestamp from_{INT64_MIN};          ///< first frame of the span, camera's clock
+  Timestamp imu_from_{INT64_MIN};      ///< first inertial sample that may be of use
 };
 
 }  // namespace pled
