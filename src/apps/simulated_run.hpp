@@ -14,6 +14,8 @@ namespace pled::apps {
 class SimulatedRun {
  public:
   SimulatedRun(const sim::PointWorld& world, const BackendConfig& config);
+  SimulatedRun(const SimulatedRun&) = delete;
+  SimulatedRun& operator=(const SimulatedRun&) = delete;
   ~SimulatedRun();
 
   /// True for inertial samples that never arrive.

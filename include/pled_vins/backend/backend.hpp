@@ -50,6 +50,7 @@ class Backend {
   Backend(const BackendConfig& config, const RigCalibration& rig, WindowSolver& solver) noexcept;
   Backend(const Backend&) = delete;
   Backend& operator=(const Backend&) = delete;
+  ~Backend() = default;
 
   /// Takes one frame. `imu` must reach to the frame's time (at most its gap threshold short).
   void process(const FrameMeasurement& frame, const ImuHistory& imu, BackendOutput& out) noexcept;

@@ -20,9 +20,7 @@ struct ImageView {
     return data + static_cast<std::ptrdiff_t>(y) * stride;
   }
   [[nodiscard]] constexpr T& at(int y, int x) const noexcept { return row(y)[x]; }
-  constexpr operator ImageView<const T>() const noexcept {  // NOLINT(google-explicit-constructor)
-    return {data, width, height, stride};
-  }
+  constexpr operator ImageView<const T>() const noexcept { return {data, width, height, stride}; }
 };
 
 }  // namespace pled

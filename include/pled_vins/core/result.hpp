@@ -54,10 +54,9 @@ struct Error {
 template <typename T>
 class [[nodiscard]] Result {
  public:
-  Result(T value) : value_(std::move(value)) {}    // NOLINT(google-explicit-constructor)
-  Result(Error error) noexcept : error_(error) {}  // NOLINT(google-explicit-constructor)
-  Result(ErrorCode code) noexcept
-      : error_(Error{code, 0}) {}  // NOLINT(google-explicit-constructor)
+  Result(T value) : value_(std::move(value)) {}
+  Result(Error error) noexcept : error_(error) {}
+  Result(ErrorCode code) noexcept : error_(Error{code, 0}) {}
 
   [[nodiscard]] bool ok() const noexcept { return value_.has_value(); }
   [[nodiscard]] const T& value() const& noexcept { return *value_; }
@@ -74,9 +73,8 @@ template <>
 class [[nodiscard]] Result<void> {
  public:
   Result() = default;
-  Result(Error error) noexcept : error_(error) {}  // NOLINT(google-explicit-constructor)
-  Result(ErrorCode code) noexcept
-      : error_(Error{code, 0}) {}  // NOLINT(google-explicit-constructor)
+  Result(Error error) noexcept : error_(error) {}
+  Result(ErrorCode code) noexcept : error_(Error{code, 0}) {}
 
   [[nodiscard]] bool ok() const noexcept { return error_.code == ErrorCode::kNone; }
   [[nodiscard]] Error error() const noexcept { return error_; }

@@ -72,8 +72,8 @@ class PatchAligner {
   static constexpr int kMaxSide = 2 * kMaxPatchRadius + 1;
   static constexpr int kMaxLanes = (kMaxSide + 7) / 8 * 8;
   static constexpr int kMaxWide = (kMaxSide + 2 + 7) / 8 * 8;  ///< with a pixel more on each side
-  static constexpr std::size_t kValues = static_cast<std::size_t>(kMaxSide * kMaxLanes);
-  static constexpr std::size_t kWideValues = static_cast<std::size_t>((kMaxSide + 2) * kMaxWide);
+  static constexpr std::size_t kValues = std::size_t{kMaxSide} * std::size_t{kMaxLanes};
+  static constexpr std::size_t kWideValues = std::size_t{kMaxSide + 2} * std::size_t{kMaxWide};
   /// Columns of the Jacobian: value, one, gradient x and y, and the four of the deformation.
   static constexpr std::size_t kColumns = 8;
   using Plane = std::array<float, kValues>;

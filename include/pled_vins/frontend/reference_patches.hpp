@@ -21,7 +21,7 @@ class ReferencePatches {
   /// Pixels kept on each side of the track: enough for the largest patch at 1.4 times its size.
   static constexpr int kReach = 16;
   static constexpr int kSide = 2 * kReach + 1;
-  static constexpr std::size_t kSlotValues = static_cast<std::size_t>(kSide * kSide);
+  static constexpr std::size_t kSlotValues = std::size_t{kSide} * std::size_t{kSide};
   static constexpr std::size_t kValues = limits::kMaxPoints * kSlotValues;
   using Slot = std::uint8_t;
 

@@ -36,7 +36,7 @@ std::optional<Vector6d> solve_with_gravity(const Matrix6d& H, const Vector6d& b,
   const Eigen::Vector3d r = b.tail<3>() - Hvg.transpose() * llt.solve(b.head<3>());
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen(S);
   if (eigen.info() != Eigen::Success) return std::nullopt;
-  const Eigen::Vector3d l = eigen.eigenvalues();
+  const Eigen::Vector3d& l = eigen.eigenvalues();
   const Eigen::Vector3d c = eigen.eigenvectors().transpose() * r;
   // |g(lambda)| falls monotonously right of -l_min: bisect for |g| = gravity.
   const auto length = [&](double lambda) {

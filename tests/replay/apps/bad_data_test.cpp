@@ -70,6 +70,7 @@ TEST_SUITE("apps.replay_bad_data") {
     for (const double leap_s : {1000.0, -1000.0}) {
       CAPTURE(leap_s);
       const RecordingCopy recording;
+      recording.remove("events.raw");  // their clock would stay behind
       // Back beyond zero no clock reaches: all times are moved on first.
       for (const char* file : {"images.txt", "imu.txt", "groundtruth.txt"})
         shift_stamps(recording, file, -1e9, 2000.0, 1'000'000);
