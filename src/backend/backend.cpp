@@ -132,6 +132,15 @@ void Backend::bridge_gap(const NavState& last, WindowState& state) noexcept {
   state.prior = prior;
 }
 
+/// Steps for the newest frame. Scale comes by a long flat valley and needs many; once motion has
+/// told it, each frame brings little news. Ours: half the steps then lost no accuracy on simulated
+/// flights.
+int Backend::solver_steps(Duration since_last) noexcept {
+  if (!window_.newest().still) settling_left_ = settling_left_ - since_last;
+  if (settling_left_ > Duration{}) return config_.max_iterations;
+  return std::min(config_.max_iterations, config_.settled_iterations);
+}
+
 bool Backend::track(const FrameMeasurement& frame, const ImuHistory& imu,
                     BackendOutput& out) noexcept {
   const NavState last = window_.newest().x;
@@ -143,6 +152,7 @@ bool Backend::track(const FrameMeasurement& frame, const ImuHistory& imu,
       ++reset_counter_;
     }
     degraded_until_ = frame.t + kDegradedAfterGap;
+    settling_left_ = kSettling;
   }
   bridging_ = bridged;
   const std::size_t newest = window_.size() - 1;
@@ -151,7 +161,7 @@ bool Backend::track(const FrameMeasurement& frame, const ImuHistory& imu,
   const std::size_t points = book_.prepare(window_);
   out.points_in_solver = static_cast<std::uint16_t>(points);
   const SolveSummary summary =
-      solver_.solve({window_, rig_, settings_}, {.max_iterations = config_.max_iterations});
+      solver_.solve({window_, rig_, settings_}, {.max_iterations = solver_steps(frame.t - last.t)});
   out.iterations = summary.iterations;
   out.mean_reprojection_px = book_.judge(window_);
   point_noise_.observe(window_, rig_, settings_);

@@ -34,6 +34,7 @@ void Backend::begin(const FrameMeasurement& frame, const ImuHistory& imu,
     align_to_handover();
   }
   tracking_ = true;
+  settling_left_ = kSettling;
   point_noise_.reset();
   set_point_noise(settings_, rig_, point_noise_.sigma_px());
   weak_since_.reset();

@@ -78,12 +78,14 @@ class Backend {
 
  private:
   enum class Verdict : std::uint8_t { kGood, kWeak, kDiverged };
+  static constexpr Duration kSettling = Duration::from_ms(2000);
 
   void begin(const FrameMeasurement& frame, const ImuHistory& imu, BackendOutput& out) noexcept;
   void align_to_handover() noexcept;
   bool track(const FrameMeasurement& frame, const ImuHistory& imu, BackendOutput& out) noexcept;
   bool append_state(const FrameMeasurement& frame, const ImuHistory& imu) noexcept;
   void bridge_gap(const NavState& last, WindowState& state) noexcept;
+  [[nodiscard]] int solver_steps(Duration since_last) noexcept;
   void note_standstill(const FrameMeasurement& frame) noexcept;
   void repropagate() noexcept;
   [[nodiscard]] Verdict check(const NavState& predicted, const SolveSummary& summary,
@@ -119,6 +121,7 @@ class Backend {
   Timestamp lost_at_;
   Timestamp last_frame_t_;
   Timestamp degraded_until_;
+  Duration settling_left_;  ///< of motion since the start or a hole
   std::optional<Timestamp> weak_since_;
   std::uint32_t reset_counter_ = 0;
   FixedVector<ImuSample, limits::kMaxImuPerInterval> coast_imu_;

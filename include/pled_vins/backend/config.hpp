@@ -11,6 +11,7 @@ struct BackendConfig {
   double start_sigma_px = 0.7;   ///< the same until the estimator has started, 0.05 ... 10
   double robust_scale = 2.0;     ///< Cauchy scale in sigmas of a point, 0.5 ... 100
   int max_iterations = 8;        ///< solver steps a frame, 1 ... 50
+  int settled_iterations = 4;    ///< the same once it has moved for 2 s since its start, 1 ... 50
   double keyframe_parallax_px =
       8.0;  ///< rotation-free parallax that makes a keyframe, at f = 200 px, 1 ... 100
   int min_observations = 3;             ///< of a point before it takes part, 2 ... 11
@@ -39,6 +40,8 @@ struct BackendConfig {
     return {"backend.robust_scale", "must be in [0.5, 100]"};
   if (!(c.max_iterations >= 1 && c.max_iterations <= 50))
     return {"backend.max_iterations", "must be in [1, 50]"};
+  if (!(c.settled_iterations >= 1 && c.settled_iterations <= 50))
+    return {"backend.settled_iterations", "must be in [1, 50]"};
   if (!(c.keyframe_parallax_px >= 1 && c.keyframe_parallax_px <= 100))
     return {"backend.keyframe_parallax_px", "must be in [1, 100]"};
   if (!(c.min_observations >= 2 && c.min_observations <= 11))

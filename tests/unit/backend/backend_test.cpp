@@ -87,9 +87,47 @@ PointWorldOptions moving_off(MotionKind motion, std::uint64_t seed) {
   return options;
 }
 
+/// Most solver steps of a frame, before and from `at_s` after the first pose.
+struct Steps {
+  int before = 0;
+  int after = 0;
+};
+
+Steps most_steps(const PointWorldOptions& options, double at_s) {
+  const PointWorld world(options);
+  SimulatedRun run(world, config_for(options));
+  std::optional<Timestamp> first;
+  Steps most;
+  for (std::size_t k = 0; k < world.frames().size(); ++k) {
+    const BackendOutput& out = run.step(k);
+    if (!out.has_pose) continue;
+    const Timestamp t = world.frames()[k].t;
+    if (!first) first = t;
+    int& steps = t - *first < Duration::from_s(at_s) ? most.before : most.after;
+    steps = std::max(steps, out.iterations);
+  }
+  return most;
+}
+
 }  // namespace
 
 TEST_SUITE("backend.backend") {
+  TEST_CASE("the solver takes fewer steps once the rig has moved for two seconds") {
+    const BackendConfig config;
+    REQUIRE(config.settled_iterations < config.max_iterations);
+    PointWorldOptions options;
+    options.duration_s = 6;
+    const Steps moving = most_steps(options, 2.1);
+    CHECK(moving.before > config.settled_iterations);
+    CHECK(moving.before <= config.max_iterations);
+    CHECK(moving.after == config.settled_iterations);
+    // What stands for 2 s has its scale to find when it moves off.
+    options.motion = MotionKind::kCreep;
+    options.mean_speed_mps = 0.5;
+    options.still_until_s = 3;
+    CHECK(most_steps(options, 3.0).after > config.settled_iterations);
+  }
+
   TEST_CASE("a drone is started within 1.5 s and followed to 2 cm") {
     PointWorldOptions options;
     options.duration_s = 6;
