@@ -11,5 +11,6 @@ pled_add_tests(test_sim_law LABEL law
     law/sim/imu_model_test.cpp
     law/sim/labels_test.cpp
     law/sim/renderer_test.cpp
+    law/sim/reprojection_test.cpp
     law/sim/trajectory_test.cpp
-  DEPS pled::sim pled::decode pled::imu)
+  DEPS pled::sim pled::decode pled::imu pled::frontend)

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numbers>
 #include <tuple>
 
 namespace pled::sim {
@@ -11,6 +12,7 @@ namespace {
 constexpr double kNever = std::numeric_limits<double>::infinity();
 constexpr float kDark = 0.02F;
 constexpr double kLowestThreshold = 0.02;
+constexpr double kLowestBandwidthShare = 0.05;
 
 }  // namespace
 
@@ -25,8 +27,8 @@ EventModel::EventModel(int width_px, int height_px, const EventOptions& options,
     const double off = options.threshold + sigma * p.random.gaussian();
     p.on = static_cast<float>(std::max(kLowestThreshold, on));
     p.off = static_cast<float>(std::max(kLowestThreshold, off));
-    const double wait = p.random.exponential();
-    p.noise_t_s = options.noise_rate_hz > 0 ? wait / options.noise_rate_hz : kNever;
+    p.noise_left = p.random.exponential();
+    p.hot = p.random.uniform() < options.hot_share;
   }
 }
 
@@ -39,8 +41,20 @@ void EventModel::start(const Exposure& first) {
     p.last = log_intensity(first.radiance[i]);
     p.reference = p.last + static_cast<float>(p.random.uniform(-static_cast<double>(p.on),
                                                                static_cast<double>(p.off)));
-    if (p.noise_t_s < kNever) p.noise_t_s += first.t_s;
   }
+}
+
+double EventModel::noise_hz(const Pixel& p, float radiance) const noexcept {
+  if (p.hot) return options_.hot_rate_hz;
+  const double light = std::min(1.0, static_cast<double>(radiance));
+  return options_.noise_rate_hz * (1.0 - 0.75 * light);
+}
+
+float EventModel::filtered(const Pixel& p, float radiance, double dt_s) const noexcept {
+  const double corner_hz =
+      options_.bandwidth_hz * std::min(1.0, static_cast<double>(radiance) + kLowestBandwidthShare);
+  const double share = -std::expm1(-2.0 * std::numbers::pi * corner_hz * dt_s);
+  return p.last + static_cast<float>(share) * (log_intensity(radiance) - p.last);
 }
 
 void EventModel::advance_row(int y, std::span<const Exposure> exposures, std::vector<Event>& out) {
@@ -50,16 +64,21 @@ void EventModel::advance_row(int y, std::span<const Exposure> exposures, std::ve
     Pixel& p = pixels_[i];
     double t0_s = t_s_;
     for (const Exposure& e : exposures) {
-      const float now = log_intensity(e.radiance[i]);
+      const double dt_s = e.t_s - t0_s;
+      const float now = filtered(p, e.radiance[i], dt_s);
+      const double noise = noise_hz(p, e.radiance[i]);
+      p.reference -= p.on * static_cast<float>(options_.leak_rate_hz * dt_s);
       const bool quiet = now < p.reference + p.on && now > p.reference - p.off &&
-                         p.noise_t_s > e.t_s && p.rests_until_s < 0.0;
-      if (!quiet) {
+                         p.noise_left > noise * dt_s && p.rests_until_s < 0.0;
+      if (quiet) {
+        p.noise_left -= noise * dt_s;
+      } else {
         const double from = static_cast<double>(p.last);
-        const double slope = (static_cast<double>(now) - from) / (e.t_s - t0_s);
+        const double slope = (static_cast<double>(now) - from) / dt_s;
         Event event;
         event.x_px = static_cast<std::uint16_t>(x);
         event.y_px = static_cast<std::uint16_t>(y);
-        advance_pixel(p, {t0_s, e.t_s, from, slope}, event, out);
+        advance_pixel(p, {t0_s, e.t_s, from, slope, noise}, event, out);
       }
       p.last = now;
       t0_s = e.t_s;
@@ -70,30 +89,40 @@ void EventModel::advance_row(int y, std::span<const Exposure> exposures, std::ve
 void EventModel::advance_pixel(Pixel& p, const Piece& piece, Event event,
                                std::vector<Event>& out) const {
   double t_s = piece.t0_s;
+  double noise_from_s = piece.t0_s;
   for (;;) {
     if (p.rests_until_s >= 0.0) {
-      if (p.rests_until_s >= piece.t1_s) return;
+      if (p.rests_until_s >= piece.t1_s) break;
       t_s = std::max(t_s, p.rests_until_s);
       p.reference = static_cast<float>(piece.at(t_s));
       p.rests_until_s = -1.0;
     }
     const bool rising = piece.slope > 0.0;
     const double level = static_cast<double>(rising ? p.reference + p.on : p.reference - p.off);
-    const double crossing_s = piece.slope != 0.0
-                                  ? std::max(t_s, piece.t0_s + (level - piece.from) / piece.slope)
-                                  : kNever;
-    const double noise_s = std::max(t_s, p.noise_t_s);
+    double crossing_s = kNever;
+    if (piece.slope != 0.0)
+      crossing_s = std::max(t_s, piece.t0_s + (level - piece.from) / piece.slope);
+    else if (piece.from >= static_cast<double>(p.reference + p.on))
+      crossing_s = t_s;  // the reference leaked away under a steady light
+    const double noise_s =
+        piece.noise_hz > 0.0 ? std::max(t_s, noise_from_s + p.noise_left / piece.noise_hz) : kNever;
     const double fires_s = std::min(crossing_s, noise_s);
-    if (!(fires_s <= piece.t1_s)) return;
-    bool on = rising;
-    if (noise_s < crossing_s) on = p.random.uniform() < 0.5;
-    while (p.noise_t_s <= fires_s) p.noise_t_s += p.random.exponential() / options_.noise_rate_hz;
+    if (!(fires_s <= piece.t1_s)) break;
+    bool on = rising || piece.slope == 0.0;
+    if (noise_s < crossing_s) {
+      on = p.random.uniform() < 0.5;
+      p.noise_left = p.random.exponential();
+      noise_from_s = fires_s;
+    }
     event.t = {Duration::from_s(fires_s).us};
     event.polarity = on ? Polarity::kOn : Polarity::kOff;
     out.push_back(event);
     p.rests_until_s = fires_s + options_.refractory_s;
     t_s = fires_s;
   }
+  // What comes due while the pixel rests is lost, and waited for anew.
+  p.noise_left -= (piece.t1_s - noise_from_s) * piece.noise_hz;
+  if (p.noise_left <= 0.0) p.noise_left = p.random.exponential();
 }
 
 void sort_as_sent(std::vector<Event>& events) {

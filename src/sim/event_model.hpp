@@ -21,6 +21,10 @@ struct Exposure {
 /// intensity is linear in time. After an event a pixel rests for the refractory time
 /// and takes what it sees at the end of it as its new reference.
 ///
+/// As v2e (Hu, Liu, Delbruck, 2021) has it: the photoreceptor is a low pass whose corner falls with
+/// the light; the reference leaks away, which gives slow ON events; shot noise is four times as
+/// frequent in the dark as in full light; a few hot pixels fire by themselves.
+///
 /// Rows are independent: different rows may be advanced from different threads, and
 /// what comes out does not depend on how.
 class EventModel {
@@ -37,28 +41,36 @@ class EventModel {
 
   /// log(radiance + dark): dark current keeps black finite.
   [[nodiscard]] static float log_intensity(float radiance) noexcept;
-  [[nodiscard]] double threshold_on(int y, int x) const noexcept { return pixel(y, x).on; }
-  [[nodiscard]] double threshold_off(int y, int x) const noexcept { return pixel(y, x).off; }
+  [[nodiscard]] double threshold_on(int y, int x) const noexcept {
+    return static_cast<double>(pixel(y, x).on);
+  }
+  [[nodiscard]] double threshold_off(int y, int x) const noexcept {
+    return static_cast<double>(pixel(y, x).off);
+  }
 
  private:
   struct Pixel {
     Random random;
-    double noise_t_s = 0.0;       // of its next spurious event
+    double noise_left = 0.0;      // until its next spurious event, in mean waiting times
     double rests_until_s = -1.0;  // negative: not resting
     float on = 0.0F, off = 0.0F;  // thresholds, > 0
     float reference = 0.0F;
-    float last = 0.0F;  // log intensity at the last exposure
+    float last = 0.0F;  // filtered log intensity at the last exposure
+    bool hot = false;
   };
   /// Linear piece of one pixel's log intensity.
   struct Piece {
     double t0_s, t1_s;
     double from, slope;
+    double noise_hz;
     [[nodiscard]] double at(double t_s) const noexcept { return from + slope * (t_s - t0_s); }
   };
   [[nodiscard]] const Pixel& pixel(int y, int x) const noexcept {
     return pixels_[static_cast<std::size_t>(y) * static_cast<std::size_t>(width_px_) +
                    static_cast<std::size_t>(x)];
   }
+  [[nodiscard]] double noise_hz(const Pixel& p, float radiance) const noexcept;
+  [[nodiscard]] float filtered(const Pixel& p, float radiance, double dt_s) const noexcept;
   void advance_pixel(Pixel& p, const Piece& piece, Event event, std::vector<Event>& out) const;
 
   int width_px_;

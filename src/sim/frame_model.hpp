@@ -11,8 +11,9 @@ namespace pled::sim {
 
 /// One frame as the sensor gives it, with its label.
 struct Frame {
-  std::vector<std::uint8_t> grey;  ///< row-major
-  std::vector<std::uint8_t> mask;  ///< 255: shows something that moves at mid-exposure
+  std::vector<std::uint8_t> grey;       ///< row-major
+  std::vector<std::uint8_t> mask;       ///< 255: shows something that moves at mid-exposure
+  std::vector<std::uint16_t> depth_mm;  ///< z of each pixel; 0: farther than 65.5 m
 };
 
 /// The frame of an exposure whose middle is `t_s`: the mean of renders spread over

@@ -1,5 +1,8 @@
 #include "pled_vins/sim/options.hpp"
 
+#include <cmath>
+#include <numbers>
+
 #include "pled_vins/geometry/so3.hpp"
 
 namespace pled::sim {
@@ -20,10 +23,67 @@ CameraCalibration davis240c_camera() noexcept {
   return c;
 }
 
+CameraCalibration camera_beside(const CameraCalibration& beside) noexcept {
+  CameraCalibration c;
+  c.width_px = 346;
+  c.height_px = 260;
+  c.fx_px = c.fy_px = 250.0;
+  c.cx_px = 172.6;
+  c.cy_px = 130.3;
+  const Pose T_beside_this{so3::exp(Eigen::Vector3d{0.004, 0.012, -0.006}),
+                           Eigen::Vector3d{0.04, 0.001, -0.002}};
+  c.T_body_cam = beside.T_body_cam * T_beside_this;
+  return c;
+}
+
+void set_daylight(SimulationOptions& options, Daylight daylight) noexcept {
+  options.daylight = daylight;
+  FrameOptions& f = options.frames;
+  switch (daylight) {
+    case Daylight::kDay: return;
+    case Daylight::kDim:
+      f.gain = 5.0;
+      f.exposure_s = 0.010;
+      f.noise_grey = 2.5;
+      return;
+    case Daylight::kNight:
+      f.gain = 14.0;
+      f.exposure_s = 0.020;
+      f.noise_grey = 4.0;
+      return;
+  }
+}
+
+namespace {
+
+SimulationOptions outdoors(WorldKind world, MotionKind motion, MovingLevel moving) noexcept {
+  SimulationOptions options;
+  options.camera = davis240c_camera();
+  options.world = world;
+  options.motion = motion;
+  options.moving = moving;
+  options.duration_s = 10.0;
+  return options;
+}
+
+}  // namespace
+
 std::optional<SimulationOptions> preset(std::string_view name) noexcept {
   SimulationOptions options;
   options.camera = davis240c_camera();
-  if (name == "demo") return options;
+  if (name == "room") return options;
+  if (name == "demo") {
+    options = outdoors(WorldKind::kCarPark, MotionKind::kDrone, MovingLevel::kMid);
+    options.duration_s = 6.0;
+    return options;
+  }
+  if (name == "car_park")
+    return outdoors(WorldKind::kCarPark, MotionKind::kDrone, MovingLevel::kHigh);
+  if (name == "street" || name == "night") {
+    options = outdoors(WorldKind::kStreet, MotionKind::kCar, MovingLevel::kMid);
+    if (name == "night") set_daylight(options, Daylight::kNight);
+    return options;
+  }
   options.moving = MovingLevel::kNone;
   if (name == "test") {
     options.duration_s = 4.0;
@@ -38,7 +98,22 @@ std::optional<SimulationOptions> preset(std::string_view name) noexcept {
     options.start = StartKind::kStill;
     return options;
   }
+  if (name == "hand") {
+    options.motion = MotionKind::kHandheld;
+    options.duration_s = 10.0;
+    return options;
+  }
   return std::nullopt;
+}
+
+double brightness(const FaultOptions& f, double t_s) noexcept {
+  double factor = 1.0;
+  if (f.flicker_hz > 0.0)
+    factor += f.flicker_depth * std::sin(2.0 * std::numbers::pi * f.flicker_hz * t_s);
+  constexpr double kFlash = 4.0;
+  if (f.flash_at_s >= 0.0 && t_s >= f.flash_at_s && t_s < f.flash_at_s + f.flash_length_s)
+    factor *= kFlash;
+  return factor;
 }
 
 namespace {
@@ -57,6 +132,8 @@ ConfigIssue check_sensors(const SimulationOptions& o) noexcept {
   if (!(o.frames.blur_samples >= 1 && o.frames.blur_samples <= 63 &&
         o.frames.blur_samples % 2 == 1))
     return {"frames.blur_samples", "must be odd, in [1, 63]"};
+  if (!(o.frames.gain >= 0.1 && o.frames.gain <= 100))
+    return {"frames.gain", "must be in [0.1, 100]"};
   if (!(o.frames.noise_grey >= 0)) return {"frames.noise_grey", "must be >= 0"};
   const EventOptions& e = o.events;
   if (!(e.threshold >= 0.05 && e.threshold <= 1))
@@ -66,10 +143,40 @@ ConfigIssue check_sensors(const SimulationOptions& o) noexcept {
     return {"events.refractory_s", "must be in [0, 0.01]"};
   if (!(e.noise_rate_hz >= 0 && e.noise_rate_hz <= 100))
     return {"events.noise_rate_hz", "must be in [0, 100]"};
+  if (!(e.leak_rate_hz >= 0 && e.leak_rate_hz <= 10))
+    return {"events.leak_rate_hz", "must be in [0, 10]"};
+  if (!(e.bandwidth_hz >= 1 && e.bandwidth_hz <= 1e6))
+    return {"events.bandwidth_hz", "must be in [1, 1e6]"};
+  if (!(e.hot_share >= 0 && e.hot_share <= 0.1)) return {"events.hot_share", "must be in [0, 0.1]"};
+  if (!(e.hot_rate_hz >= 0 && e.hot_rate_hz <= 1e4))
+    return {"events.hot_rate_hz", "must be in [0, 1e4]"};
   if (!(e.max_step_s >= 1e-4 && e.max_step_s <= 0.02))
     return {"events.max_step_s", "must be in [0.0001, 0.02]"};
   if (!(e.max_motion_px >= 0.05 && e.max_motion_px <= 2))
     return {"events.max_motion_px", "must be in [0.05, 2]"};
+  return {};
+}
+
+ConfigIssue check_camera(const CameraCalibration& c) noexcept {
+  // The EVT3 format addresses 11 bits; a vector word group spans 32 pixels.
+  if (!(c.width_px >= 32 && c.width_px <= 2048 && c.height_px >= 16 && c.height_px <= 2048))
+    return {"camera.resolution", "must be from 32x16 to 2048x2048"};
+  if (!(c.fx_px > 0 && c.fy_px > 0)) return {"camera.intrinsics", "must be > 0"};
+  return {};
+}
+
+ConfigIssue check_faults(const FaultOptions& f) noexcept {
+  if (!(std::abs(f.camera_late_s) <= 0.2))
+    return {"faults.camera_late", "must be in [-0.2, 0.2] s"};
+  if (!(std::abs(f.imu_drift_ppm) <= 1000))
+    return {"faults.imu_drift", "must be in [-1000, 1000] ppm"};
+  if (!(f.imu_gap_at_s >= 0 && f.imu_gap_s >= 0)) return {"faults.imu_gap", "must be >= 0"};
+  if (!(f.dropped_share >= 0 && f.dropped_share <= 0.9))
+    return {"faults.dropped_frames", "must be in [0, 0.9]"};
+  if (!(f.flicker_hz >= 0 && f.flicker_hz <= 500 && f.flicker_depth >= 0 && f.flicker_depth <= 0.9))
+    return {"faults.flicker", "must be in [0, 500] Hz with a depth in [0, 0.9]"};
+  if (!(f.flash_length_s >= 0.001 && f.flash_length_s <= 1))
+    return {"faults.flash", "must last [0.001, 1] s"};
   return {};
 }
 
@@ -79,12 +186,11 @@ ConfigIssue check(const SimulationOptions& o) noexcept {
   if (!(o.duration_s >= 0.1 && o.duration_s <= 600)) return {"duration", "must be in [0.1, 600] s"};
   if (!(o.scale >= 0.5 && o.scale <= 10)) return {"scale", "must be in [0.5, 10]"};
   if (!(o.pace >= 0.1 && o.pace <= 2)) return {"pace", "must be in [0.1, 2]"};
+  if (!(o.speed_mps >= 1 && o.speed_mps <= 20)) return {"speed", "must be in [1, 20] m/s"};
   if (!(o.still_s >= 0 && o.still_s <= 60)) return {"still_s", "must be in [0, 60]"};
-  // The EVT3 format addresses 11 bits; a vector word group spans 32 pixels.
-  if (!(o.camera.width_px >= 32 && o.camera.width_px <= 2048 && o.camera.height_px >= 16 &&
-        o.camera.height_px <= 2048))
-    return {"camera.resolution", "must be from 32x16 to 2048x2048"};
-  if (!(o.camera.fx_px > 0 && o.camera.fy_px > 0)) return {"camera.intrinsics", "must be > 0"};
+  for (const CameraCalibration* camera : {&o.camera, &o.camera_of_events()})
+    if (const ConfigIssue issue = check_camera(*camera); issue.key != nullptr) return issue;
+  if (const ConfigIssue issue = check_faults(o.faults); issue.key != nullptr) return issue;
   return check_sensors(o);
 }
 

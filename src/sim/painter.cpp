@@ -84,6 +84,16 @@ class Painter {
     return p;
   }
 
+  /// One grey; 1 is a lamp.
+  void panel(const Patch& p, double grey) {
+    each_texel(p, [grey](double, double) { return grey; });
+  }
+
+  void disc(double u_m, double v_m, double radius_m, double grey) {
+    each_texel({u_m, v_m, radius_m, radius_m},
+               [&](double du, double dv) { return std::hypot(du, dv) < radius_m ? grey : kKeep; });
+  }
+
   /// A picture with a frame: blocks like print, a chequered board, stripes or rings.
   void poster(const Patch& p) {
     const double paper = random_.uniform(0.06, 0.9);
@@ -107,8 +117,10 @@ class Painter {
 
  private:
   [[nodiscard]] double texel_m() const noexcept { return static_cast<double>(texture_.texel_m()); }
+  static constexpr double kKeep = -1.0;  ///< a shade that leaves what is there
   void set(int y, int x, double grey) noexcept {
-    texture_.at(y, x) = static_cast<float>(std::clamp(grey, 0.03, 0.95));
+    if (grey == kKeep) return;
+    texture_.at(y, x) = grey == 1.0 ? 1.0F : static_cast<float>(std::clamp(grey, 0.03, 0.95));
   }
 
   template <typename Shade>
@@ -131,6 +143,69 @@ class Painter {
   Random random_;
 };
 
+/// Storeys of windows, some lit or curtained, above a row of signs.
+void facade(Painter& painter) {
+  painter.ground(painter.random().uniform(0.25, 0.6), 0.10, 1.2, 5);
+  painter.tiles(1.1, 0.35, 0.12, 0.03);
+  const double step_u_m = painter.random().uniform(1.8, 2.6);
+  const double step_v_m = painter.random().uniform(2.8, 3.3);
+  for (double v = 4.2; v + 1.0 < painter.height_m(); v += step_v_m) {
+    for (double u = 1.2; u + 0.8 < painter.width_m(); u += step_u_m) {
+      const double grey = painter.random().uniform() < 0.25 ? painter.random().uniform(0.5, 0.9)
+                                                            : painter.random().uniform(0.03, 0.2);
+      painter.panel({u, v, 0.62, 0.85}, 0.8);
+      painter.panel({u, v, 0.52, 0.75}, grey);
+      painter.panel({u, v, 0.03, 0.75}, 0.75);
+    }
+  }
+  for (double u = 1.0; u < painter.width_m(); u += painter.random().uniform(1.2, 2.6)) {
+    Patch sign{u, painter.random().uniform(1.0, 2.6), painter.random().uniform(0.3, 0.8),
+               painter.random().uniform(0.3, 0.9)};
+    painter.poster(sign);
+  }
+}
+
+/// Dark ground with patches, bays marked in white, dashes and stains.
+void asphalt(Painter& painter) {
+  painter.ground(0.24, 0.06, 1.5, 6);
+  Random& random = painter.random();
+  for (int k = 0; k < 90; ++k) {
+    const Patch p = painter.random_patch(0.5, 3.0, 0.6);
+    painter.panel(p, random.uniform(0.10, 0.34));
+  }
+  for (int k = 0; k < 160; ++k)
+    painter.panel(painter.random_patch(0.1, 0.5, 1.5), random.uniform(0.05, 0.5));
+  for (double v = 2.0; v < painter.height_m(); v += 8.2)
+    for (double u = 0.5; u < painter.width_m(); u += 2.56) {
+      painter.panel({u, v, 0.06, 2.3}, random.uniform(0.7, 0.85));
+      painter.panel({u + 1.2, v + 4.4, 0.6, 0.07}, random.uniform(0.7, 0.85));
+    }
+}
+
+void car_side(Painter& painter) {
+  const double paint_grey = painter.random().uniform(0.08, 0.85);
+  const double w = painter.width_m(), h = painter.height_m();
+  painter.ground(paint_grey, 0.03, 0.6, 2);
+  for (const double u : {0.34, 0.52, 0.70})
+    painter.panel({u * w, 0.55 * h, 0.012, 0.45 * h}, 0.4 * paint_grey);
+  painter.panel({0.5 * w, 0.12 * h, 0.5 * w, 0.08 * h}, 0.06);
+  painter.panel({0.42 * w, 0.72 * h, 0.07, 0.02}, 0.9);
+  for (const double u : {0.18, 0.82}) {
+    painter.disc(u * w, 0.32 * h, 0.36 * h, 0.05);
+    painter.disc(u * w, 0.32 * h, 0.2 * h, 0.6);
+    painter.disc(u * w, 0.32 * h, 0.08 * h, 0.1);
+  }
+}
+
+void car_end(Painter& painter) {
+  const double w = painter.width_m(), h = painter.height_m();
+  painter.ground(painter.random().uniform(0.1, 0.8), 0.03, 0.5, 2);
+  painter.panel({0.5 * w, 0.2 * h, 0.5 * w, 0.12 * h}, 0.08);
+  painter.panel({0.5 * w, 0.45 * h, 0.26, 0.06}, 0.85);
+  painter.panel({0.5 * w, 0.66 * h, 0.25 * w, 0.1 * h}, 0.12);
+  for (const double u : {0.12, 0.88}) painter.panel({u * w, 0.66 * h, 0.12, 0.07}, 1.0);
+}
+
 /// Posters at random until they cover `cover` times the area.
 void posters(Painter& painter, double cover, double low_m, double high_m, double turn_rad) {
   const double wanted_m2 = cover * painter.width_m() * painter.height_m();
@@ -142,6 +217,14 @@ void posters(Painter& painter, double cover, double low_m, double high_m, double
 }
 
 }  // namespace
+
+Texture make_texture(Finish finish, double width_m, double height_m, double texel_m) {
+  if (finish == Finish::kAsphalt) return Texture::repeating(2048, 0.02);
+  if (finish == Finish::kFacade || finish == Finish::kPavement) texel_m = std::max(texel_m, 0.03);
+  if (finish == Finish::kSkyline) texel_m = std::max(texel_m, 0.12);
+  if (finish == Finish::kSky) texel_m = std::max(texel_m, 0.5);
+  return Texture{width_m, height_m, texel_m};
+}
 
 void paint(Texture& texture, Finish finish, Random random) {
   Painter painter{texture, random};
@@ -170,6 +253,29 @@ void paint(Texture& texture, Finish finish, Random random) {
       painter.ground(0.30, 0.10, 0.10, 3);
       painter.tiles(0.12, 0.18, 0.6, 0.02);
       posters(painter, 0.4, 0.12, 0.35, 0.5);
+      break;
+    case Finish::kAsphalt: asphalt(painter); break;
+    case Finish::kPavement:
+      painter.ground(0.42, 0.08, 0.8, 4);
+      painter.tiles(0.6, 0.6, 0.3, 0.025);
+      break;
+    case Finish::kFacade: facade(painter); break;
+    case Finish::kSkyline:
+      painter.ground(0.45, 0.10, 9.0, 4);
+      painter.tiles(7.0, 60.0, 0.5, 0.3);
+      posters(painter, 0.5, 1.0, 3.0, 0.0);
+      break;
+    case Finish::kSky: painter.ground(0.85, 0.05, 40.0, 3); break;
+    case Finish::kCarSide: car_side(painter); break;
+    case Finish::kCarEnd: car_end(painter); break;
+    case Finish::kCarTop:
+      painter.ground(painter.random().uniform(0.08, 0.8), 0.03, 0.8, 2);
+      painter.panel(painter.random_patch(0.2, 0.5, 0.2), 0.1);
+      break;
+    case Finish::kGlass:
+      painter.ground(0.10, 0.05, 0.5, 3);
+      painter.panel(
+          {0.5 * painter.width_m(), 0.5 * painter.height_m(), 0.04, 0.5 * painter.height_m()}, 0.7);
       break;
   }
   texture.build_levels();

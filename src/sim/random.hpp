@@ -41,7 +41,15 @@ class Random {
 };
 
 /// Streams of one seed: what is drawn for one purpose never shifts another.
-enum class Stream : std::uint64_t { kFlight = 1, kTexture, kMovers, kImu, kFrames, kEvents };
+enum class Stream : std::uint64_t {
+  kFlight = 1,
+  kTexture,
+  kMovers,
+  kImu,
+  kFrames,
+  kEvents,
+  kFaults
+};
 
 [[nodiscard]] inline Random stream(std::uint64_t seed, Stream purpose,
                                    std::uint64_t index = 0) noexcept {

@@ -46,11 +46,34 @@ Result<void> make_picture_folder(const fs::path& path) {
   return {};
 }
 
+/// A camera as camchain.yaml has it.
+std::string camera_entry(const char* name, const CameraCalibration& c) {
+  const auto& k = c.coeffs;
+  std::string text = std::string(name) + ":\n  camera_model: pinhole\n";
+  text += format("  intrinsics: [%.9g, %.9g, %.9g, %.9g]\n", c.fx_px, c.fy_px, c.cx_px, c.cy_px);
+  text += c.distortion == Distortion::kEquidistant ? "  distortion_model: equidistant\n"
+                                                   : "  distortion_model: radtan\n";
+  text += format("  distortion_coeffs: [%.9g, %.9g, %.9g, %.9g]\n  T_cam_imu:\n", k[0], k[1], k[2],
+                 k[3]);
+  const Pose T_cam_imu = c.T_body_cam.inverse();
+  const Eigen::Matrix3d R = T_cam_imu.R();
+  for (int row = 0; row < 3; ++row) {
+    text += format("  - [%.12g, %.12g, %.12g, %.12g]\n", R(row, 0), R(row, 1), R(row, 2),
+                   T_cam_imu.p(row));
+  }
+  text += "  - [0, 0, 0, 1]\n";
+  text += format("  timeshift_cam_imu: %.9g\n", c.time_shift_s);
+  return text + format("  resolution: [%d, %d]\n", c.width_px, c.height_px);
+}
+
 }  // namespace
 
-Result<void> RecordingWriter::create(const CameraCalibration& camera) {
+Result<void> RecordingWriter::create(const SimulationOptions& options) {
   PLED_TRY(make_picture_folder(dir_ / "images"));
   PLED_TRY(make_picture_folder(dir_ / "masks"));
+  with_depth_ = options.with_depth;
+  if (with_depth_) PLED_TRY(make_picture_folder(dir_ / "depths"));
+  const CameraCalibration& camera = options.camera_of_events();
   encoder_ = Evt3Encoder{camera.width_px};
   events_.open(dir_ / "events.raw", std::ios::binary | std::ios::trunc);
   events_ << Evt3Encoder::raw_header(camera.width_px, camera.height_px);
@@ -58,23 +81,16 @@ Result<void> RecordingWriter::create(const CameraCalibration& camera) {
   return {};
 }
 
-Result<void> RecordingWriter::write_calibration(const CameraCalibration& c, const ImuNoise& imu) {
+Result<void> RecordingWriter::write_calibration(const SimulationOptions& options) {
+  const CameraCalibration& c = options.camera;
   const auto& k = c.coeffs;
-  const std::string lens = format("%.9g, %.9g, %.9g, %.9g", k[0], k[1], k[2], k[3]);
-  std::string chain = "cam0:\n  camera_model: pinhole\n";
-  chain += format("  intrinsics: [%.9g, %.9g, %.9g, %.9g]\n", c.fx_px, c.fy_px, c.cx_px, c.cy_px);
-  chain += c.distortion == Distortion::kEquidistant ? "  distortion_model: equidistant\n"
-                                                    : "  distortion_model: radtan\n";
-  chain += "  distortion_coeffs: [" + lens + "]\n  T_cam_imu:\n";
-  const Pose T_cam_imu = c.T_body_cam.inverse();
-  const Eigen::Matrix3d R = T_cam_imu.R();
-  for (int row = 0; row < 3; ++row) {
-    chain += format("  - [%.12g, %.12g, %.12g, %.12g]\n", R(row, 0), R(row, 1), R(row, 2),
-                    T_cam_imu.p(row));
+  const ImuNoise& imu = options.imu.noise;
+  std::string chain = camera_entry("cam0", c);
+  if (options.event_camera) {
+    chain += camera_entry("cam1", *options.event_camera);
+    PLED_TRY(write_text(dir_ / "settings.yaml",
+                        "sensors:\n  frame_camera: cam0\n  event_camera: cam1\n"));
   }
-  chain += "  - [0, 0, 0, 1]\n";
-  chain += format("  timeshift_cam_imu: %.9g\n", c.time_shift_s);
-  chain += format("  resolution: [%d, %d]\n", c.width_px, c.height_px);
   PLED_TRY(write_text(dir_ / "camchain.yaml", chain));
 
   PLED_TRY(write_text(dir_ / "calib.txt",
@@ -112,23 +128,47 @@ Result<void> RecordingWriter::write_truth(const Trajectory& trajectory, double d
   return write_text(dir_ / "groundtruth.txt", text);
 }
 
+Result<void> RecordingWriter::write_states(const Trajectory& trajectory, const SimulatedImu& imu) {
+  std::string text =
+      "#timestamp [ns],p_x [m],p_y [m],p_z [m],q_w [],q_x [],q_y [],q_z [],v_x [m s^-1],"
+      "v_y [m s^-1],v_z [m s^-1],b_w_x [rad s^-1],b_w_y [rad s^-1],b_w_z [rad s^-1],"
+      "b_a_x [m s^-2],b_a_y [m s^-2],b_a_z [m s^-2]\n";
+  for (std::size_t i = 0; i < imu.samples.size(); ++i) {
+    const Timestamp t = imu.samples[i].t;
+    const Kinematics k = trajectory.at(t.seconds());
+    const Eigen::Vector3d& p = k.T_world_body.p;
+    const Eigen::Quaterniond& q = k.T_world_body.q;
+    const Eigen::Vector3d &v = k.v_wb_mps, &bg = imu.gyro_bias_radps[i],
+                          &ba = imu.accel_bias_mps2[i];
+    text += format("%lld,%.9f,%.9f,%.9f,%.9f,%.9f,%.9f,%.9f,%.9f,%.9f,%.9f",
+                   static_cast<long long>(t.us) * 1000, p.x(), p.y(), p.z(), q.w(), q.x(), q.y(),
+                   q.z(), v.x(), v.y(), v.z());
+    text +=
+        format(",%.9f,%.9f,%.9f,%.9f,%.9f,%.9f\n", bg.x(), bg.y(), bg.z(), ba.x(), ba.y(), ba.z());
+  }
+  return write_text(dir_ / "states.csv", text);
+}
+
 Result<void> RecordingWriter::write_frame(std::uint64_t index, const Frame& frame, int width_px,
                                           int height_px) {
+  if (with_depth_)
+    PLED_TRY(write_png16(dir_ / picture_name("depth", index), frame.depth_mm, width_px, height_px));
   PLED_TRY(write_png(dir_ / picture_name("frame", index),
                      {frame.grey.data(), width_px, height_px, width_px}));
   return write_png(dir_ / picture_name("mask", index),
                    {frame.mask.data(), width_px, height_px, width_px});
 }
 
-Result<void> RecordingWriter::write_frame_lists(std::uint64_t count, double rate_hz) {
-  std::string images;
-  std::string masks;
-  for (std::uint64_t i = 0; i < count; ++i) {
-    const std::string stamp = format("%.9f ", static_cast<double>(i) / rate_hz);
-    images += stamp + picture_name("frame", i) + "\n";
-    masks += stamp + picture_name("mask", i) + "\n";
+Result<void> RecordingWriter::write_frame_lists(std::span<const ListedFrame> frames) {
+  std::string images, masks, depths;
+  for (const ListedFrame& frame : frames) {
+    const std::string stamp = format("%.9f ", frame.stamp_s);
+    images += stamp + picture_name("frame", frame.index) + "\n";
+    masks += stamp + picture_name("mask", frame.index) + "\n";
+    depths += stamp + picture_name("depth", frame.index) + "\n";
   }
   PLED_TRY(write_text(dir_ / "images.txt", images));
+  if (with_depth_) PLED_TRY(write_text(dir_ / "depth.txt", depths));
   return write_text(dir_ / "masks.txt", masks);
 }
 

@@ -4,7 +4,6 @@
 #include <bit>
 #include <cmath>
 #include <limits>
-#include <numbers>
 #include <optional>
 
 namespace pled::sim {
@@ -13,6 +12,9 @@ namespace {
 /// Light from above: factor for faces -x +x -y +y -z +z.
 constexpr std::array<float, 6> kBoxLight{0.85F, 0.75F, 0.65F, 0.9F, 0.4F, 1.0F};
 constexpr std::array<float, 6> kRoomLight{0.85F, 0.95F, 0.8F, 0.9F, 0.75F, 0.9F};
+
+constexpr float kHeadlightReach_m = 8.0F;
+constexpr float kLampRadiance = 0.6F;
 
 constexpr float kFar = std::numeric_limits<float>::max();
 
@@ -51,24 +53,42 @@ Result<void> Renderer::make_rays(const CameraCalibration& calibration) {
 }
 
 void Renderer::make_tiles() {
-  const auto unit = [this](int y, int x) -> Eigen::Vector3d {
-    const auto i = static_cast<std::size_t>(y) * static_cast<std::size_t>(width_) +
-                   static_cast<std::size_t>(x);
-    return ray(i).cast<double>().homogeneous().normalized();
-  };
   tiles_per_row_ = static_cast<std::size_t>((width_ + kTilePx - 1) / kTilePx);
-  for (int y0 = 0; y0 < height_; y0 += kTilePx) {
-    for (int x0 = 0; x0 < width_; x0 += kTilePx) {
-      const int y1 = std::min(y0 + kTilePx, height_) - 1;
-      const int x1 = std::min(x0 + kTilePx, width_) - 1;
-      Tile tile{unit((y0 + y1) / 2, (x0 + x1) / 2), 0.0};
-      for (const Eigen::Vector3d& corner : {unit(y0, x0), unit(y0, x1), unit(y1, x0), unit(y1, x1)})
-        tile.radius_rad =
-            std::max(tile.radius_rad, std::acos(std::min(1.0, corner.dot(tile.axis))));
-      tile.radius_rad *= 1.2;  // rays between corners bulge; quarter-pixel rays stick out
-      tiles_.push_back(tile);
+  const auto rows = static_cast<std::size_t>((height_ + kTilePx - 1) / kTilePx);
+  tiles_.assign(rows * tiles_per_row_, none());
+  const auto width = static_cast<std::size_t>(width_);
+  for (const std::vector<Ray>& rays : rays_)
+    for (std::size_t i = 0; i < rays.size(); ++i)
+      tiles_[tile_of(i / width, i % width)].include(rays[i].xy.array());
+}
+
+Renderer::Bounds Renderer::none() noexcept {
+  return {Eigen::Array2f::Constant(kFar), Eigen::Array2f::Constant(-kFar)};
+}
+
+/// Of the part of a box before the camera: its corners there and where its edges come to the front.
+Renderer::Bounds Renderer::bounds_of(const Box& box, const Pose& T_cam_box) noexcept {
+  constexpr double kFront_m = 0.02;
+  std::array<Eigen::Vector3d, 8> corners;
+  for (std::size_t k = 0; k < corners.size(); ++k) {
+    const Eigen::Vector3d signs{(k & 1U) != 0 ? 1.0 : -1.0, (k & 2U) != 0 ? 1.0 : -1.0,
+                                (k & 4U) != 0 ? 1.0 : -1.0};
+    corners[k] = T_cam_box * box.half_m.cwiseProduct(signs);
+  }
+  Bounds bounds = none();
+  const auto include = [&](const Eigen::Vector3d& p) {
+    bounds.include(p.hnormalized().cast<float>().array());
+  };
+  for (std::size_t k = 0; k < corners.size(); ++k) {
+    const Eigen::Vector3d& a = corners[k];
+    if (a.z() >= kFront_m) include(a);
+    for (const std::size_t bit : {1U, 2U, 4U}) {
+      const Eigen::Vector3d& b = corners[k ^ bit];
+      if (a.z() < kFront_m && b.z() > kFront_m)
+        include(a + (kFront_m - a.z()) / (b.z() - a.z()) * (b - a));
     }
   }
+  return bounds;
 }
 
 Renderer::Scene Renderer::place(const Pose& T_world_cam, double t_s) const {
@@ -84,14 +104,9 @@ Renderer::Scene Renderer::place(const Pose& T_world_cam, double t_s) const {
     placed.box = &box;
     scene.boxes.push_back(placed);
 
-    const Eigen::Vector3d centre = T_box_cam.inverse().p;
-    const double distance = centre.norm(), radius = box.half_m.norm();
-    const double reach_rad =
-        distance > radius ? std::asin(radius / distance) : std::numbers::pi;  // inside: everywhere
-    for (std::size_t k = 0; k < tiles_.size(); ++k) {
-      const double angle = std::acos(std::clamp(tiles_[k].axis.dot(centre) / distance, -1.0, 1.0));
-      if (!(angle > reach_rad + tiles_[k].radius_rad)) scene.tiles[k] |= BoxMask{1} << b;
-    }
+    const Bounds bounds = bounds_of(box, T_box_cam.inverse());
+    for (std::size_t k = 0; k < tiles_.size(); ++k)
+      if (bounds.overlaps(tiles_[k])) scene.tiles[k] |= BoxMask{1} << b;
   }
   return scene;
 }
@@ -131,7 +146,7 @@ Renderer::Hit Renderer::cast(const Scene& scene, BoxMask mask, const Ray& ray) n
   return hit;
 }
 
-float Renderer::shade(const Scene& scene, const Ray& ray, const Hit& hit) noexcept {
+float Renderer::shade(const Scene& scene, const Ray& ray, const Hit& hit) const noexcept {
   const Placed& p = scene.boxes[hit.box];
   const int axis = hit.face / 2;
   const int u_axis = axis == 0 ? 1 : 0;
@@ -141,8 +156,17 @@ float Renderer::shade(const Scene& scene, const Ray& ray, const Hit& hit) noexce
   // slope, 1 across. Ours: averaged over a square of the same area.
   const float cosine = std::max(std::abs(hit.direction(axis)) / ray.length, 0.02F);
   const float area_m2 = hit.depth_m * hit.depth_m * ray.area / cosine;
-  const float light = p.box->seen_from_inside ? kRoomLight[hit.face] : kBoxLight[hit.face];
-  return light * p.box->faces[hit.face].sample(corner(u_axis), corner(v_axis), area_m2);
+  const float facing = p.box->seen_from_inside ? kRoomLight[hit.face] : kBoxLight[hit.face];
+  const float grey = p.box->faces[hit.face].sample(corner(u_axis), corner(v_axis), area_m2);
+  const Light& light = world_->light;
+  if (light.headlight <= 0.0F && light.ambient >= 1.0F) return facing * grey;
+  // A beam whose middle is where the camera looks, fading with the square of the distance.
+  const float off_axis = 1.0F / (ray.length * ray.length);
+  const float distance = hit.depth_m * ray.length / kHeadlightReach_m;
+  const float beam = light.headlight * cosine * off_axis * off_axis / (1.0F + distance * distance);
+  const float lit = grey * (facing * light.ambient + beam);
+  const float lamp = std::clamp((grey - kLampFrom) / (1.0F - kLampFrom), 0.0F, 1.0F);
+  return lit + lamp * (kLampRadiance - lit);
 }
 
 void Renderer::render(const Pose& T_world_cam, double t_s, View& view) const {
@@ -157,7 +181,7 @@ void Renderer::render(const Pose& T_world_cam, double t_s, View& view) const {
       const Hit hit = cast(scene, seen(scene, y, x), centres[i]);
       view.radiance[i] = shade(scene, centres[i], hit);
       view.depth_m[i] = hit.depth_m;
-      view.surface[i] = static_cast<std::uint8_t>(6 * hit.box + hit.face);
+      view.surface[i] = static_cast<std::uint16_t>(6 * hit.box + hit.face);
     }
   }
   smooth_edges(scene, view);
@@ -166,7 +190,7 @@ void Renderer::render(const Pose& T_world_cam, double t_s, View& view) const {
 void Renderer::smooth_edges(const Scene& scene, View& view) const {
   const auto width = static_cast<std::size_t>(width_);
   const auto height = static_cast<std::size_t>(height_);
-  const std::vector<std::uint8_t>& s = view.surface;
+  const std::vector<std::uint16_t>& s = view.surface;
   for (std::size_t y = 0; y < height; ++y) {
     for (std::size_t x = 0; x < width; ++x) {
       const std::size_t i = y * width + x;

@@ -14,9 +14,9 @@ namespace pled::sim {
 
 /// One view, row-major, raw (distorted) pixels.
 struct View {
-  std::vector<float> radiance;        ///< linear intensity, 0 ... 1
-  std::vector<float> depth_m;         ///< z of what the pixel's centre sees, camera frame
-  std::vector<std::uint8_t> surface;  ///< 6 x index of its box + face
+  std::vector<float> radiance;         ///< linear intensity, 0 ... 1
+  std::vector<float> depth_m;          ///< z of what the pixel's centre sees, camera frame
+  std::vector<std::uint16_t> surface;  ///< 6 x index of its box + face
 };
 
 /// Draws the world as a camera sees it, by casting a ray through each pixel.
@@ -25,7 +25,7 @@ struct View {
 /// several threads.
 class Renderer {
  public:
-  static constexpr std::size_t kMaxBoxes = 42;  ///< 6 x 42 surfaces fit 8 bits
+  static constexpr std::size_t kMaxBoxes = 64;  ///< a bit each in a tile's mask
 
   /// kInvalidArgument when a pixel has no ray in the lens model; kTooLarge for more
   /// than kMaxBoxes boxes. `world` must outlive the renderer.
@@ -48,10 +48,17 @@ class Renderer {
     float length;  // of (x, y, 1)
     float area;    // that the pixel covers on the plane z = 1
   };
-  /// The rays of a square of pixels lie within a cone.
-  struct Tile {
-    Eigen::Vector3d axis;  // unit, camera frame
-    double radius_rad;
+  /// Bounds on the plane z = 1 of the camera: of the rays of a square of pixels, or of a box.
+  struct Bounds {
+    Eigen::Array2f low;
+    Eigen::Array2f high;
+    void include(const Eigen::Array2f& xy) noexcept {
+      low = low.min(xy);
+      high = high.max(xy);
+    }
+    [[nodiscard]] bool overlaps(const Bounds& other) const noexcept {
+      return (low <= other.high).all() && (other.low <= high).all();
+    }
   };
   /// A box as the camera of this view has it. Fourth lanes only fill up.
   struct Placed {
@@ -76,18 +83,23 @@ class Renderer {
   Result<void> make_rays(const CameraCalibration& calibration);
   void make_tiles();
   [[nodiscard]] Scene place(const Pose& T_world_cam, double t_s) const;
+  [[nodiscard]] static Bounds none() noexcept;
+  [[nodiscard]] static Bounds bounds_of(const Box& box, const Pose& T_cam_box) noexcept;
   [[nodiscard]] BoxMask seen(const Scene& scene, std::size_t y, std::size_t x) const noexcept {
-    return scene.tiles[y / kTilePx * tiles_per_row_ + x / kTilePx];
+    return scene.tiles[tile_of(y, x)];
+  }
+  [[nodiscard]] std::size_t tile_of(std::size_t y, std::size_t x) const noexcept {
+    return y / kTilePx * tiles_per_row_ + x / kTilePx;
   }
   [[nodiscard]] static Hit cast(const Scene& scene, BoxMask mask, const Ray& ray) noexcept;
-  [[nodiscard]] static float shade(const Scene& scene, const Ray& ray, const Hit& hit) noexcept;
+  [[nodiscard]] float shade(const Scene& scene, const Ray& ray, const Hit& hit) const noexcept;
   void smooth_edges(const Scene& scene, View& view) const;
 
   const World* world_ = nullptr;
   int width_ = 0;
   int height_ = 0;
   std::size_t tiles_per_row_ = 0;
-  std::vector<Tile> tiles_;
+  std::vector<Bounds> tiles_;
   std::array<std::vector<Ray>, kSubRays + 1> rays_;  // four quarters, then the centres
 };
 

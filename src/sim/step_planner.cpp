@@ -10,11 +10,23 @@ constexpr int kGridPx = 8;
 constexpr double kProbeS = 1e-3;
 constexpr double kShortestStepS = 1e-4;
 
+/// Flicker and flashes must be followed too.
+double longest_step_s(const SimulationOptions& options) {
+  double longest_s = options.events.max_step_s;
+  constexpr double kRendersPerFlicker = 16.0;
+  if (options.faults.flicker_hz > 0.0)
+    longest_s = std::min(longest_s, 1.0 / (kRendersPerFlicker * options.faults.flicker_hz));
+  if (options.faults.flash_at_s >= 0.0)
+    longest_s = std::min(longest_s, 0.25 * options.faults.flash_length_s);
+  return longest_s;
+}
+
 }  // namespace
 
 double plan_step_s(const World& world, const Renderer& renderer, const Trajectory& trajectory,
                    const SimulationOptions& options, const View& view, double t_s) {
-  const Pose& T_body_cam = options.camera.T_body_cam;
+  const CameraCalibration& camera = options.camera_of_events();
+  const Pose& T_body_cam = camera.T_body_cam;
   const Pose T_world_cam = trajectory.at(t_s).T_world_body * T_body_cam;
   const Pose T_cam_world_next = (trajectory.at(t_s + kProbeS).T_world_body * T_body_cam).inverse();
   // From this camera to the next one, riding on each box.
@@ -36,9 +48,9 @@ double plan_step_s(const World& world, const Renderer& renderer, const Trajector
     }
   }
   // The lens only shrinks what the focal length gives (barrel), so this is the upper bound.
-  const double motion_px = fastest * std::max(options.camera.fx_px, options.camera.fy_px);
+  const double motion_px = fastest * std::max(camera.fx_px, camera.fy_px);
   const double step_s = options.events.max_motion_px * kProbeS / std::max(motion_px, 1e-9);
-  return std::clamp(step_s, kShortestStepS, options.events.max_step_s);
+  return std::clamp(step_s, kShortestStepS, longest_step_s(options));
 }
 
 }  // namespace pled::sim

@@ -34,6 +34,12 @@ Texture::Texture(double width_m, double height_m, double texel_m)
   texels_.assign(first, 0.5F);
 }
 
+Texture Texture::repeating(int texels, double texel_m) {
+  Texture texture(texels * texel_m, texels * texel_m, texel_m);
+  texture.repeats_ = true;
+  return texture;
+}
+
 void Texture::build_levels() {
   for (std::size_t k = 1; k < levels_.size(); ++k) {
     const Level& fine = levels_[k - 1];
@@ -56,12 +62,23 @@ void Texture::build_levels() {
 }
 
 float Texture::bilinear(const Level& level, float u_m, float v_m) const noexcept {
-  const float x = std::clamp(u_m * level.per_m - 0.5F, 0.0F, static_cast<float>(level.width - 1));
-  const float y = std::clamp(v_m * level.per_m - 0.5F, 0.0F, static_cast<float>(level.height - 1));
+  float x = u_m * level.per_m - 0.5F;
+  float y = v_m * level.per_m - 0.5F;
+  if (repeats_) {
+    x -= static_cast<float>(level.width) * std::floor(x / static_cast<float>(level.width));
+    y -= static_cast<float>(level.height) * std::floor(y / static_cast<float>(level.height));
+  }
+  x = std::clamp(x, 0.0F, static_cast<float>(level.width) - (repeats_ ? 1e-3F : 1.0F));
+  y = std::clamp(y, 0.0F, static_cast<float>(level.height) - (repeats_ ? 1e-3F : 1.0F));
   const int x0 = static_cast<int>(x);
   const int y0 = static_cast<int>(y);
-  const std::size_t step_x = x0 + 1 < level.width ? 1 : 0;
-  const std::size_t step_y = y0 + 1 < level.height ? static_cast<std::size_t>(level.width) : 0;
+  // To the neighbour: none at the edge, or, when the picture repeats, the one at its other end.
+  const auto width = static_cast<std::ptrdiff_t>(level.width);
+  const std::ptrdiff_t back_x = repeats_ ? 1 - width : 0;
+  const std::ptrdiff_t back_y =
+      repeats_ ? (1 - static_cast<std::ptrdiff_t>(level.height)) * width : 0;
+  const std::ptrdiff_t step_x = x0 + 1 < level.width ? 1 : back_x;
+  const std::ptrdiff_t step_y = y0 + 1 < level.height ? width : back_y;
   const float ax = x - static_cast<float>(x0);
   const float ay = y - static_cast<float>(y0);
   const float* p = texels_.data() + level.first +

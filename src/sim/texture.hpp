@@ -12,6 +12,8 @@ class Texture {
   Texture() = default;
   /// A rectangle of width x height metres in square texels of `texel_m`.
   Texture(double width_m, double height_m, double texel_m);
+  /// A square of `texels` x `texels` (a power of two) that repeats without end.
+  [[nodiscard]] static Texture repeating(int texels, double texel_m);
 
   [[nodiscard]] int width() const noexcept { return levels_.front().width; }
   [[nodiscard]] int height() const noexcept { return levels_.front().height; }
@@ -25,7 +27,8 @@ class Texture {
   void build_levels();
 
   /// Reflectance at (u, v) metres from the corner, averaged over about
-  /// `area_m2` (> 0). Trilinear; outside the rectangle its edge continues.
+  /// `area_m2` (> 0). Trilinear; outside the rectangle its edge continues,
+  /// or the picture begins anew when it repeats.
   [[nodiscard]] float sample(float u_m, float v_m, float area_m2) const noexcept;
 
  private:
@@ -38,6 +41,7 @@ class Texture {
   [[nodiscard]] float bilinear(const Level& level, float u_m, float v_m) const noexcept;
 
   float texel_m_ = 0.0F;
+  bool repeats_ = false;
   std::vector<Level> levels_;
   std::vector<float> texels_;
 };

@@ -11,17 +11,9 @@
 #include "pled_vins/core/messages.hpp"
 #include "pled_vins/geometry/camera.hpp"
 #include "pled_vins/imu/preintegration.hpp"
+#include "pled_vins/sim/motion_kind.hpp"
 
 namespace pled::sim {
-
-enum class MotionKind : std::uint8_t {
-  kStill,     ///< stands
-  kDrone,     ///< a few metres to and fro in a room, gentle turns
-  kHandheld,  ///< aggressive: turns up to 4 rad/s
-  kCar,       ///< planar, forward, heading along the path
-  kCreep,     ///< straight on and to the side at constant speed, without turning
-  kPan,       ///< on the spot, turns about the vertical at 3 deg/s
-};
 
 /// A smooth body motion with exact derivatives: sums of sines.
 class SmoothMotion {

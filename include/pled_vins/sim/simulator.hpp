@@ -24,11 +24,12 @@ using ProgressCallback = std::function<void(double)>;
 
 /// Writes a recording into `out_dir`, which is made when missing (its parent too);
 /// files of the recording layout in it are replaced, others left alone:
-///   images.txt + images/, masks.txt + masks/, imu.txt, groundtruth.txt (200 Hz),
-///   calib.txt, camchain.yaml, imu.yaml, events.raw (EVT 3.0).
+///   images.txt + images/, masks.txt + masks/, depth.txt + depths/ (when asked for), imu.txt,
+///   groundtruth.txt (200 Hz), states.csv (EuRoC's columns: velocity and biases too), calib.txt,
+///   camchain.yaml, imu.yaml, events.raw (EVT 3.0), settings.yaml (with two cameras).
 /// Stamps start at 0. The same options give the same bytes, whatever the number of
 /// processors. Errors: kInvalidArgument (options out of range; say which with
-/// check()), kIoFailure, kTooLarge (no memory).
+/// check()), kIoFailure, kTooLarge (no memory), and those of make_trajectory().
 [[nodiscard]] Result<SimulationSummary> simulate(const SimulationOptions& options,
                                                  const std::filesystem::path& out_dir,
                                                  const ProgressCallback& progress = {}) noexcept;

@@ -1,10 +1,12 @@
 #pragma once
 
 #include <array>
-#include <cstdint>
+#include <cstddef>
+#include <memory>
 
 #include <Eigen/Core>
 
+#include "pled_vins/core/result.hpp"
 #include "pled_vins/geometry/pose.hpp"
 #include "pled_vins/sim/options.hpp"
 
@@ -26,12 +28,16 @@ class Trajectory {
   [[nodiscard]] virtual Kinematics at(double t_s) const noexcept = 0;
 };
 
-/// A flight through the middle of a room: each coordinate and each Euler angle is
-/// a sum of sines. About 1 m/s and below 1 rad/s; the seed moves phases and sizes.
-class RoomFlight final : public Trajectory {
+/// Coordinates and Euler angles as sums of sines, about a place and along a drift; the seed moves
+/// phases and sizes.
+///   room, drone      a flight through the middle, about 1 m/s and below 1 rad/s
+///   hand             the same path shorter, with turns up to 4 rad/s
+///   car park, drone  wider, about 1.5 m/s, at head height
+///   car              along +x at a speed, heading along the path
+class SineFlight final : public Trajectory {
  public:
-  RoomFlight(std::uint64_t seed, StartKind start, double still_s, double scale = 1.0,
-             double pace = 1.0) noexcept;
+  /// Uses world, motion, start, still_s, speed_mps, scale, pace and seed.
+  explicit SineFlight(const SimulationOptions& options) noexcept;
   [[nodiscard]] Kinematics at(double t_s) const noexcept override;
 
  private:
@@ -41,9 +47,10 @@ class RoomFlight final : public Trajectory {
     double rate_radps = 0.0;
     double phase_rad = 0.0;
   };
-  /// offset + sum of sines, with two derivatives.
+  /// offset + drift s + sum of sines, with two derivatives.
   struct Channel {
     double offset = 0.0;
+    double drift = 0.0;
     std::array<Sine, kTerms> terms{};
     [[nodiscard]] Eigen::Vector3d at(double s) const noexcept;  ///< value, d/ds, d2/ds2
   };
@@ -57,6 +64,12 @@ class RoomFlight final : public Trajectory {
   std::array<Channel, 3> angles_{};    ///< roll pitch yaw, rad
   double still_s_ = 0.0;
   bool starts_still_ = false;
+  bool stands_ = false;
+  bool heads_along_path_ = false;
 };
+
+/// What the options ask for: a made flight, or the path in their file. kNotFound, kCorrupt or
+/// kUnsupported (fewer than 8 poses) when the file is no good.
+[[nodiscard]] Result<std::unique_ptr<Trajectory>> make_trajectory(const SimulationOptions& options);
 
 }  // namespace pled::sim

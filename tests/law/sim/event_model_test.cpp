@@ -9,6 +9,7 @@
 
 #include "pled_vins/sim/trajectory.hpp"
 #include "src/sim/renderer.hpp"
+#include "tests/support/room_flight.hpp"
 
 using namespace pled;
 using namespace pled::sim;
@@ -20,6 +21,9 @@ EventOptions ideal() {
   o.mismatch = 0.0;
   o.refractory_s = 0.0;
   o.noise_rate_hz = 0.0;
+  o.leak_rate_hz = 0.0;
+  o.bandwidth_hz = 1e6;
+  o.hot_share = 0.0;
   return o;
 }
 
@@ -85,19 +89,72 @@ TEST_SUITE("sim.event_model") {
     EventOptions options = ideal();
     CHECK(ramp(options, 1000, -1.0, -1.0, 10.0).empty());
     options.noise_rate_hz = 2.0;
-    const std::vector<Event> events = ramp(options, 1000, -1.0, -1.0, 10.0);
-    // Poisson with mean 20,000: three deviations are 424.
-    CHECK(std::abs(static_cast<double>(events.size()) - 20000.0) < 424.0);
+    // Four times as frequent in the dark as in full light, linear between (v2e, section 3.3).
+    for (const float radiance : {0.0F, 0.4F, 1.0F}) {
+      const double level = static_cast<double>(EventModel::log_intensity(radiance));
+      const std::vector<Event> events = ramp(options, 1000, level, level, 10.0);
+      const double mean = 20000.0 * (1.0 - 0.75 * static_cast<double>(radiance));
+      CHECK(std::abs(static_cast<double>(events.size()) - mean) < 3.0 * std::sqrt(mean));
+    }
+  }
+
+  TEST_CASE("a leaking reference fires ON events at its rate, and hot pixels fire by themselves") {
+    EventOptions options = ideal();
+    options.leak_rate_hz = 0.5;
+    EventModel model{1000, 1, options, 1};
+    const std::vector<float> light(1000, 0.3F);
+    model.start({0.0, light});
+    std::vector<Event> events;
+    for (int k = 1; k <= 8000; ++k) {
+      const double t_s = k * 0.0025;
+      model.advance_row(0, std::array{Exposure{t_s, light}}, events);
+      model.advanced_to(t_s);
+    }
+    // A threshold each 2 s over 20 s, from anywhere between two thresholds: 9.5 to 10.
+    CHECK(std::abs(static_cast<double>(events.size()) - 9900.0) < 600.0);
+    for (const Event& e : events) REQUIRE(e.polarity == Polarity::kOn);
+
+    options = ideal();
+    options.hot_share = 0.01;
+    options.hot_rate_hz = 50.0;
+    const std::vector<Event> hot = ramp(options, 20000, -1.0, -1.0, 2.0, 3);
+    // 200 pixels of 100 events: the number of pixels varies by 14, three deviations.
+    CHECK(std::abs(static_cast<double>(hot.size()) - 20000.0) < 4500.0);
+  }
+
+  TEST_CASE("the photoreceptor follows a step with its corner frequency, slower in the dark") {
+    for (const float light : {0.8F, 0.1F}) {
+      EventOptions options = ideal();
+      options.bandwidth_hz = 50.0;
+      options.threshold = 0.05;
+      EventModel model{1, 1, options, 1};
+      const std::vector<float> before{light}, after{2.0F * light};
+      model.start({0.0, before});
+      std::vector<Event> events;
+      for (int k = 1; k <= 4000; ++k) {
+        const double t_s = k * 1e-4;
+        model.advance_row(0, std::array{Exposure{t_s, after}}, events);
+        model.advanced_to(t_s);
+      }
+      REQUIRE(events.size() > 8);
+      // Half of the step is passed after ln 2 / (2 pi f); the corner falls with the light, to a
+      // twentieth at the least.
+      const double corner_hz = 50.0 * std::min(1.0, 2.0 * static_cast<double>(light) + 0.05);
+      const double half_s = std::log(2.0) / (2.0 * std::acos(-1.0) * corner_hz);
+      const double seen_s = events[events.size() / 2].t.seconds();
+      CHECK(seen_s == doctest::Approx(half_s).epsilon(0.2));
+    }
   }
 
   TEST_CASE("events sum up to the change of log intensity between two moments of a flight") {
     SimulationOptions options = *preset("test");
     options.camera.width_px = 120;  // the left upper quarter of the sensor
     options.camera.height_px = 90;
-    const World world = make_room(2, MovingLevel::kNone);
+    World world = make_room(2, MovingLevel::kNone);
+    paint_boxes(world, 2);
     const Result<Renderer> renderer = Renderer::create(world, options.camera);
     REQUIRE(renderer.ok());
-    const RoomFlight flight{2, StartKind::kMoving, 0.0};
+    const SineFlight flight = room_flight(2, StartKind::kMoving, 0.0);
     for (const bool clean : {true, false}) {
       CAPTURE(clean);
       const EventOptions sensor = clean ? ideal() : options.events;

@@ -1,4 +1,6 @@
+#include <algorithm>
 #include <cmath>
+#include <string_view>
 #include <vector>
 
 #include <doctest/doctest.h>
@@ -11,8 +13,8 @@ using namespace pled::sim;
 
 namespace {
 
-SimulationOptions sharp(MovingLevel level, std::uint64_t seed) {
-  SimulationOptions options = *preset("demo");
+SimulationOptions sharp(std::string_view name, MovingLevel level, std::uint64_t seed) {
+  SimulationOptions options = *preset(name);
   options.seed = seed;
   options.moving = level;
   options.frames.exposure_s = 0.0;
@@ -21,25 +23,35 @@ SimulationOptions sharp(MovingLevel level, std::uint64_t seed) {
   return options;
 }
 
+bool beside_label(const std::vector<std::uint8_t>& mask, std::size_t i) {
+  for (const std::size_t row : {i - 240, i, i + 240})
+    if (mask[row - 1] != 0 || mask[row] != 0 || mask[row + 1] != 0) return true;
+  return false;
+}
+
 }  // namespace
 
 TEST_SUITE("sim.labels") {
-  TEST_CASE("outside the label a busy frame equals the empty room, inside it differs") {
-    std::size_t labelled = 0;
-    for (const std::uint64_t seed : {1U, 4U}) {
-      const SimulationOptions busy = sharp(MovingLevel::kHigh, seed);
-      const SimulationOptions empty = sharp(MovingLevel::kNone, seed);
-      const World busy_world = make_room(seed, busy.moving);
-      const World empty_world = make_room(seed, empty.moving);
+  TEST_CASE("outside the label a busy frame equals the empty world, inside it differs") {
+    for (const std::string_view name : {"room", "car_park", "street"}) {
+      CAPTURE(name);
+      std::size_t labelled = 0;
+      const std::uint64_t seed = 4;
+      const SimulationOptions busy = sharp(name, MovingLevel::kHigh, seed);
+      const SimulationOptions empty = sharp(name, MovingLevel::kNone, seed);
+      const World busy_world = make_world(busy);
+      const World empty_world = make_world(empty);
       const Result<Renderer> busy_view = Renderer::create(busy_world, busy.camera);
       const Result<Renderer> empty_view = Renderer::create(empty_world, empty.camera);
       REQUIRE(busy_view.ok());
       REQUIRE(empty_view.ok());
-      const RoomFlight flight{seed, StartKind::kMoving, 0.0};
-      for (double t_s = 0.0; t_s < 6.0; t_s += 0.8) {
+      const SineFlight flight(busy);
+      for (double t_s = 0.0; t_s < 6.0; t_s += 1.1) {
         const Frame a = expose_frame(busy_world, busy_view.value(), flight, busy, t_s, 0);
         const Frame b = expose_frame(empty_world, empty_view.value(), flight, empty, t_s, 0);
-        std::size_t changed_outside = 0, inside = 0, changed_inside = 0;
+        std::size_t changed_outside = 0, inside = 0, changed_inside = 0, standing = 0;
+        for (const Box& box : busy_world.boxes)
+          standing += box.can_move() && !(box.speed_mps(t_s) > kMovingSpeedMps) ? 1U : 0U;
         for (int y = 1; y < 179; ++y)
           for (int x = 1; x < 239; ++x) {
             const auto i = static_cast<std::size_t>(y * 240 + x);
@@ -48,19 +60,72 @@ TEST_SUITE("sim.labels") {
               changed_inside += a.grey[i] != b.grey[i];
               continue;
             }
-            // A pixel beside an object shows a part of it.
-            const bool beside =
-                a.mask[i - 1] || a.mask[i + 1] || a.mask[i - 240] || a.mask[i + 240];
-            if (!beside) changed_outside += a.grey[i] != b.grey[i];
+            // A pixel beside an object, be it at a corner, shows a part of it.
+            if (!beside_label(a.mask, i)) changed_outside += a.grey[i] != b.grey[i];
           }
         CAPTURE(t_s);
-        CHECK(changed_outside == 0);
+        // A car that waits is no mover then. What is thinner than a pixel may meet no centre.
+        if (standing == 0)
+          CHECK(static_cast<double>(changed_outside) <= 0.005 * static_cast<double>(inside));
         CHECK(static_cast<double>(changed_inside) >= 0.9 * static_cast<double>(inside));
         labelled += inside;
         for (const std::uint8_t m : b.mask) REQUIRE(m == 0);
       }
+      CHECK(labelled > 1500);  // there was something to see
     }
-    CHECK(labelled > 5000);  // there was something to see
+  }
+
+  TEST_CASE("each level adds to the one below and changes nothing of it") {
+    for (const std::string_view name : {"room", "car_park", "street"}) {
+      CAPTURE(name);
+      World below = lay_out(sharp(name, MovingLevel::kNone, 2));
+      for (const MovingLevel level : {MovingLevel::kLow, MovingLevel::kMid, MovingLevel::kHigh}) {
+        World world = lay_out(sharp(name, level, 2));
+        CHECK(world.boxes.size() > below.boxes.size());
+        CHECK(world.boxes.size() <= Renderer::kMaxBoxes);
+        for (std::size_t b = 0; b < below.boxes.size(); ++b) {
+          const Pose a = below.boxes[b].T_world_box(1.7), c = world.boxes[b].T_world_box(1.7);
+          REQUIRE(a.p == c.p);
+          REQUIRE(below.boxes[b].half_m == world.boxes[b].half_m);
+          REQUIRE(below.boxes[b].finish == world.boxes[b].finish);
+        }
+        below = std::move(world);
+      }
+    }
+  }
+
+  TEST_CASE("what moves by itself changes no picture of what does not") {
+    const World empty = make_world(sharp("room", MovingLevel::kNone, 2));
+    const World busy = make_world(sharp("room", MovingLevel::kHigh, 2));
+    for (std::size_t b = 0; b < empty.boxes.size(); ++b)
+      for (std::size_t face = 0; face < 6; ++face)
+        CHECK(empty.boxes[b].faces[face].sample(0.3F, 0.4F, 1e-4F) ==
+              busy.boxes[b].faces[face].sample(0.3F, 0.4F, 1e-4F));
+  }
+
+  TEST_CASE("what drives has the speed it says, stops and starts gently, and comes round again") {
+    DrivePath path;
+    path.direction = {0.6, 0.8, 0.0};
+    path.speed_mps = 3.0;
+    path.drive_s = 6.0;
+    path.stand_s = 2.0;
+    path.phase_s = 1.3;
+    constexpr double kStep = 1e-5;
+    double top_mps = 0.0, least_mps = 9.0;
+    for (double t_s = 0.01; t_s < 20.0; t_s += 0.037) {
+      const Eigen::Vector3d way =
+          path.displaced(Pose{}, t_s + kStep).p - path.displaced(Pose{}, t_s - kStep).p;
+      const double along_mps = way.dot(path.direction) / (2 * kStep);
+      CHECK(along_mps == doctest::Approx(path.speed_at(t_s)).epsilon(1e-4));
+      CHECK(way.cross(path.direction).norm() < 1e-12);
+      top_mps = std::max(top_mps, along_mps);
+      least_mps = std::min(least_mps, along_mps);
+    }
+    CHECK(top_mps == doctest::Approx(3.0));
+    CHECK(std::abs(least_mps) < 1e-6);
+    path.wrap_m = 10.0;
+    for (double t_s = 0.0; t_s < 30.0; t_s += 0.1)
+      CHECK(path.displaced(Pose{}, t_s).p.norm() <= 5.0 + 1e-9);
   }
 
   TEST_CASE("a walker is labelled while it walks and not where it turns round") {

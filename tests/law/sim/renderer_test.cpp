@@ -8,6 +8,7 @@
 
 #include "pled_vins/sim/trajectory.hpp"
 #include "src/sim/step_planner.hpp"
+#include "tests/support/room_flight.hpp"
 
 using namespace pled;
 using namespace pled::sim;
@@ -49,7 +50,7 @@ TEST_SUITE("sim.renderer") {
     const Camera camera{calibration};
     const Result<Renderer> renderer = Renderer::create(world, calibration);
     REQUIRE(renderer.ok());
-    const RoomFlight flight{1, StartKind::kMoving, 0.0};
+    const SineFlight flight = room_flight(1, StartKind::kMoving, 0.0);
     int seen = 0;
     View view;
     for (double t_s = 0.0; t_s < 8.0; t_s += 0.1) {
@@ -84,7 +85,7 @@ TEST_SUITE("sim.renderer") {
     const CameraCalibration calibration = davis240c_camera();
     const Result<Renderer> renderer = Renderer::create(world, calibration);
     REQUIRE(renderer.ok());
-    const RoomFlight flight{2, StartKind::kMoving, 0.0};
+    const SineFlight flight = room_flight(2, StartKind::kMoving, 0.0);
     const Pose T_world_cam = flight.at(0.7).T_world_body * calibration.T_body_cam;
     View view;
     renderer.value().render(T_world_cam, 0.7, view);
@@ -111,14 +112,15 @@ TEST_SUITE("sim.renderer") {
   }
 
   TEST_CASE("no pixel of a planned step moves further than allowed") {
-    SimulationOptions options = *preset("demo");
+    SimulationOptions options = *preset("room");
     options.moving = MovingLevel::kHigh;
     options.events.max_step_s = 0.02;  // so that the motion decides
-    const World world = make_room(3, options.moving);
+    World world = make_room(3, options.moving);
+    paint_boxes(world, 3);
     const Camera camera{options.camera};
     const Result<Renderer> renderer = Renderer::create(world, options.camera);
     REQUIRE(renderer.ok());
-    const RoomFlight flight{3, StartKind::kMoving, 0.0};
+    const SineFlight flight = room_flight(3, StartKind::kMoving, 0.0);
     View view;
     for (double t_s = 0.2; t_s < 4.0; t_s += 0.45) {
       CAPTURE(t_s);

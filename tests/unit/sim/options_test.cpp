@@ -10,7 +10,7 @@ using namespace pled::sim;
 
 TEST_SUITE("sim.options") {
   TEST_CASE("every preset is within range and an unknown name gives none") {
-    for (const char* name : {"demo", "test", "still"}) {
+    for (const std::string_view name : kPresetNames) {
       CAPTURE(name);
       REQUIRE(preset(name).has_value());
       CHECK(check(*preset(name)).key == nullptr);
@@ -39,6 +39,14 @@ TEST_SUITE("sim.options") {
     bad = good;
     bad.frames.blur_samples = 4;
     CHECK(std::string_view(check(bad).key) == "frames.blur_samples");
+    bad = good;
+    bad.faults.camera_late_s = 0.3;
+    CHECK(std::string_view(check(bad).key) == "faults.camera_late");
+    bad = good;
+    bad.event_camera = camera_beside(bad.camera);
+    CHECK(check(bad).key == nullptr);
+    bad.event_camera->width_px = 16;
+    CHECK(std::string_view(check(bad).key) == "camera.resolution");
   }
 
   TEST_CASE("the camera sits 2 cm from the body and is turned by a degree") {

@@ -1,6 +1,7 @@
 #include "pled_vins/sim/simulator.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <cstdint>
 #include <filesystem>
 #include <fstream>
@@ -9,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include <sched.h>
 #include <unistd.h>
 
 #include <doctest/doctest.h>
@@ -59,7 +61,7 @@ std::size_t lines(const std::string& text) {
 }
 
 SimulationOptions brief() {
-  SimulationOptions options = *preset("demo");
+  SimulationOptions options = *preset("room");
   options.duration_s = 0.2;
   return options;
 }
@@ -93,7 +95,8 @@ TEST_SUITE("sim.simulator") {
           "199.092 198.829 132.192 110.713 -0.36844 0.15095 -0.000296 -0.000759 0\n");
     CHECK(files.at("camchain.yaml").find("resolution: [240, 180]") != std::string::npos);
     CHECK(files.at("imu.yaml").find("update_rate: 200") != std::string::npos);
-    CHECK(files.size() == 8 + 2 * 4);
+    CHECK(lines(files.at("states.csv")) == 42);
+    CHECK(files.size() == 9 + 2 * 4);
   }
 
   TEST_CASE("the event file decodes to the events counted, in order and within the flight") {
@@ -130,6 +133,61 @@ TEST_SUITE("sim.simulator") {
     for (const char* name :
          {"events.raw", "imu.txt", "groundtruth.txt", "images/frame_00000001.png"})
       CHECK_MESSAGE(files.at(name) != other.at(name), name);
+  }
+
+  TEST_CASE("the number of processors changes no byte") {
+    const TemporaryFolder a{"all"}, b{"one"};
+    SimulationOptions options = brief();
+    options.duration_s = 0.1;
+    options.moving = MovingLevel::kHigh;
+    REQUIRE(simulate(options, a.path()).ok());
+    cpu_set_t before, one;
+    REQUIRE(sched_getaffinity(0, sizeof before, &before) == 0);
+    CPU_ZERO(&one);
+    for (std::size_t cpu = 0; cpu < CPU_SETSIZE && CPU_COUNT(&one) == 0; ++cpu)
+      if (CPU_ISSET(cpu, &before)) CPU_SET(cpu, &one);
+    REQUIRE(sched_setaffinity(0, sizeof one, &one) == 0);
+    const bool written = simulate(options, b.path()).ok();
+    REQUIRE(sched_setaffinity(0, sizeof before, &before) == 0);
+    REQUIRE(written);
+    CHECK((all_files(a.path()) == all_files(b.path())));
+  }
+
+  TEST_CASE("two cameras, depth and every fault come out as asked for") {
+    const TemporaryFolder plain{"plain"}, out{"faults"};
+    SimulationOptions options = brief();
+    options.duration_s = 0.5;
+    REQUIRE(simulate(options, plain.path()).ok());
+    options.event_camera = camera_beside(options.camera);
+    options.with_depth = true;
+    options.faults.camera_late_s = 0.03;
+    options.faults.imu_gap_at_s = 0.2;
+    options.faults.imu_gap_s = 0.1;
+    options.faults.imu_drift_ppm = 200.0;
+    options.faults.dropped_share = 0.5;
+    options.faults.flash_at_s = 0.3;
+    const auto result = simulate(options, out.path());
+    REQUIRE(result.ok());
+    const auto good = all_files(plain.path());
+    const auto files = all_files(out.path());
+    CHECK(files.at("groundtruth.txt") == good.at("groundtruth.txt"));
+    CHECK(files.at("settings.yaml").find("event_camera: cam1") != std::string::npos);
+    CHECK(files.at("camchain.yaml").find("resolution: [346, 260]") != std::string::npos);
+    CHECK(files.at("events.raw").find("% geometry 346x260\n") != std::string::npos);
+    CHECK(lines(files.at("imu.txt")) == 101 - 20);
+    CHECK(files.at("imu.txt").find("0.500100000 ") != std::string::npos);  // 200 ppm of 0.5 s
+    CHECK(lines(files.at("images.txt")) == lines(files.at("depth.txt")));
+    CHECK(lines(files.at("images.txt")) < 10);
+    for (std::istringstream list(files.at("images.txt")); list;) {
+      double stamp_s = 0.03;
+      std::string name;
+      if (list >> stamp_s >> name) CHECK(files.count(name) == 1);
+      CHECK(std::abs(std::remainder(stamp_s - 0.03, 0.05)) < 1e-9);
+    }
+    const std::string& list = files.at("depth.txt");
+    const std::string& png = files.at(list.substr(12, list.find('\n') - 12));
+    CHECK(static_cast<int>(png[24]) == 16);      // bit depth, 25th byte of a PNG
+    CHECK(result.value().events > 346U * 260U);  // the flash alone
   }
 
   TEST_CASE("pictures of a longer recording do not stay behind") {
