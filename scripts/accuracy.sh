@@ -3,6 +3,7 @@
 #
 #   scripts/accuracy.sh [--starts N] [--step S] [--config FILE] [--jobs N] RECORDING...
 #
+# "ATE % path": ATE in hundredths of the way that was evaluated.
 # A run that never started, or failed, counts as worse than any other ("none").
 #
 # A recording is a folder that `pled-vins replay` reads and that has groundtruth.txt. Defaults: ten
@@ -22,7 +23,7 @@ while [ $# -gt 0 ]; do
     --step) step=${2:?--step needs seconds}; shift 2 ;;
     --jobs) jobs=${2:?--jobs needs a number}; shift 2 ;;
     --config) config=(--config "${2:?--config needs a file}"); shift 2 ;;
-    -h|--help) sed -n '2,9s/^# \{0,1\}//p' "$0"; exit 0 ;;
+    -h|--help) sed -n '2,10s/^# \{0,1\}//p' "$0"; exit 0 ;;
     -*) echo "accuracy.sh: unknown option $1 (see --help)" >&2; exit 2 ;;
     *) recordings+=("$1"); shift ;;
   esac
@@ -53,6 +54,12 @@ value() { # file key: the number after "key" in a report, or "none"
   if [ -f "$1" ]; then number=$(sed -n "s/.*\"$2\": *\(-\{0,1\}[0-9.eE+-]*\).*/\1/p" "$1" | head -n 1); fi
   printf '%s\n' "${number:-none}"
 }
+path_percent() { # recording run-folder: 100 ATE / evaluated path, or "none"
+  local facts
+  facts=$("$program" evaluate "$2/trajectory.tum" "$1/groundtruth.txt" --json 2>/dev/null) || facts=
+  awk '/"ate_rmse_m"/ { ate = $2 + 0; found = $2 ~ /^[0-9]/ } /"path_m"/ { path = $2 + 0 }
+    END { if (found && path > 0) printf "%.6g\n", 100 * ate / path; else print "none" }' <<<"$facts"
+}
 # Numbers on stdin, one a line; $1 = max or min is the worst. "none" is worse than any number.
 median_worst() {
   sort -g | awk -v worst="$1" '$1 == "none" { none++; next } { v[++n] = $1 }
@@ -67,14 +74,15 @@ median_worst() {
           print m, w == "none" ? w : sprintf("%.4g", w) }'
 }
 
-printf '%-18s %8s | %-17s | %-17s | %-17s | %-15s | %s\n' recording started "ATE m med/worst" "MPE % med/worst" "coverage med/min" "start s med/max" "CPU ms/frame, resets"
+printf '%-24s %8s | %-17s | %-17s | %-17s | %-17s | %-15s | %s\n' recording started "ATE m med/worst" "ATE % path" "MPE % med/worst" "coverage med/min" "start s med/max" "CPU ms/frame, resets"
 for n in "${!recordings[@]}"; do
   reports=()
   for k in $(seq 0 $((starts - 1))); do reports+=("$(run_folder "$n" "$(start_of "$k")")/report.json"); done
   column() { for r in "${reports[@]}"; do value "$r" "$1"; done | median_worst "$2"; }
+  of_path() { for r in "${reports[@]}"; do path_percent "${recordings[$n]}" "$(dirname "$r")"; done | median_worst max; }
   started=$(for r in "${reports[@]}"; do value "$r" initialised_at_s; done | grep -vc none || true)
-  read -ra numbers <<<"$(column ate_rmse_m max) $(column mpe_percent max) $(column coverage min) $(column initialised_at_s max)"
-  printf '%-18s %8s | %8s %8s | %8s %8s | %8s %8s | %7s %7s | %s\n' \
+  read -ra numbers <<<"$(column ate_rmse_m max) $(of_path) $(column mpe_percent max) $(column coverage min) $(column initialised_at_s max)"
+  printf '%-24s %8s | %8s %8s | %8s %8s | %8s %8s | %8s %8s | %7s %7s | %s\n' \
     "$(basename "${recordings[$n]}")" "$started of $starts" "${numbers[@]}" \
     "$(column cpu_ms_per_frame max | cut -d' ' -f1), $(for r in "${reports[@]}"; do value "$r" resets; done | awk '{ s += $1 } END { print s + 0 }')"
 done

@@ -1,0 +1,93 @@
+#!/usr/bin/env bash
+# The development set: simulated recordings to choose cues and parameters on.
+#
+#   scripts/development_set.sh list                       what it holds: name, seed, world, traffic, light
+#   scripts/development_set.sh make [CHOICE...] [DIR]     makes those that are not there yet
+#   scripts/development_set.sh run  [CHOICE...] [DIR]     replays each and prints its accuracy
+#
+# CHOICE: --seeds "1 2"   --worlds "room street"   --levels "none high"   --lights "day night"
+# DIR: build/development. Whole: 12 seeds x 3 worlds, 6 s each; every traffic level and every light
+# comes with every world.
+#
+# Seeds 1 to 8 are for choosing. Seeds 9 to 12 are looked at for a closing figure only: what was
+# chosen on a recording says nothing about others.
+set -euo pipefail
+
+top=$(cd "$(dirname "$0")/.." && pwd)
+program=${PLED_VINS:-$top/build/release/pled-vins}
+usage() { sed -n '2,13s/^# \{0,1\}//p' "$0"; }
+misused() { echo "development_set.sh: $1 (see --help)" >&2; exit 2; }
+
+job=${1:-}
+case "$job" in
+  list | make | run) shift ;;
+  -h | --help) usage; exit 0 ;;
+  '') usage >&2; exit 2 ;;
+  *) misused "unknown job '$job'" ;;
+esac
+seeds=$(seq 1 12)
+worlds="room car_park street"
+levels="none low mid high"
+lights="day dim night"
+folder=$top/build/development
+while [ $# -gt 0 ]; do
+  case "$1" in
+    --seeds) seeds=${2:?--seeds needs numbers}; shift 2 ;;
+    --worlds) worlds=${2:?--worlds needs names}; shift 2 ;;
+    --levels) levels=${2:?--levels needs names}; shift 2 ;;
+    --lights) lights=${2:?--lights needs names}; shift 2 ;;
+    -h | --help) usage; exit 0 ;;
+    -*) misused "unknown option $1" ;;
+    *) folder=$1; shift ;;
+  esac
+done
+
+has() { case " ${1//$'\n'/ } " in *" $2 "*) ;; *) return 1 ;; esac }
+for world in $worlds; do has "room car_park street" "$world" || misused "no world '$world'"; done
+for level in $levels; do has "none low mid high" "$level" || misused "no level '$level'"; done
+for light in $lights; do has "day dim night" "$light" || misused "no light '$light'"; done
+
+# name seed world level light, a line each. Levels go round every 4 seeds, lights every 3: in 12 seeds
+# each level meets each light once. The worlds are a step apart, so that a seed is not all night.
+sequences() {
+  local all_levels=(none high mid low) all_lights=(day night dim) k=0 world seed level light
+  for world in room car_park street; do
+    for seed in $(seq 1 12); do
+      level=${all_levels[(seed - 1 + k) % 4]}
+      light=${all_lights[(seed - 1 + k) % 3]}
+      if has "$worlds" "$world" && has "$seeds" "$seed" && has "$levels" "$level" && has "$lights" "$light"; then
+        printf '%s %s %s %s %s\n' "$world-$seed-$level-$light" "$seed" "$world" "$level" "$light"
+      fi
+    done
+    k=$((k + 1))
+  done
+}
+
+chosen=$(sequences)
+[ -n "$chosen" ] || { echo "development_set.sh: nothing fits that choice" >&2; exit 1; }
+if [ "$job" = list ]; then echo "$chosen"; exit 0; fi
+[ -x "$program" ] || { echo "development_set.sh: $program is missing: run scripts/demo.sh or scripts/test.sh first" >&2; exit 1; }
+
+mkdir -p "$folder"
+make_one() { # name seed world level light
+  [ -f "$folder/$1/calib.txt" ] && return
+  rm -rf -- "$folder/$1.new" "${folder:?}/$1"
+  "$program" simulate --out "$folder/$1.new" --preset "$3" --seed "$2" --moving "$4" --light "$5" --duration 6 \
+    >"$folder/$1.log" 2>&1 || { cat "$folder/$1.log" >&2; exit 1; }
+  mv -- "$folder/$1.new" "$folder/$1"
+}
+started=$SECONDS
+count=0
+total=$(wc -l <<<"$chosen")
+while read -r name seed world level light; do
+  count=$((count + 1))
+  printf '%3d of %d  %s\n' "$count" "$total" "$name" >&2
+  make_one "$name" "$seed" "$world" "$level" "$light"
+done <<<"$chosen"
+printf '%s recordings in %s, %d s\n' "$total" "$folder" $((SECONDS - started)) >&2
+
+if [ "$job" = run ]; then
+  recordings=()
+  while read -r name _; do recordings+=("$folder/$name"); done <<<"$chosen"
+  PLED_VINS=$program exec "$top/scripts/accuracy.sh" --starts "${PLED_STARTS:-3}" --step 0.3 "${recordings[@]}"
+fi
