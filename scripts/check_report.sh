@@ -3,6 +3,7 @@
 # anywhere, and screenshots at the widths of a desk and a phone to look at.
 #
 #   scripts/check_report.sh PAGE.html...
+#   scripts/check_report.sh --picture OUT.png PAGE.html    the picture of the README: a page's upper part
 #
 # Screenshots go to build/report/. Chromium is no dependency: where there is none, nothing is checked and
 # the script says so. CHROMIUM names another one.
@@ -20,6 +21,7 @@ if [[ -z $chromium ]]; then
 fi
 
 out=build/report
+extra=()
 mkdir -p "$out"
 profile=$(mktemp -d)
 trap 'rm -rf -- "$profile"' EXIT
@@ -31,6 +33,7 @@ open_page() {
     --host-resolver-rules='MAP * ~NOTFOUND' --user-data-dir="$profile" --virtual-time-budget=8000 --enable-logging=stderr --v=0)
   # Root may not use Chromium's sandbox; the page is our own.
   if [[ $(id -u) -eq 0 ]]; then flags+=(--no-sandbox); fi
+  flags+=("${extra[@]}")
   timeout 120 "$chromium" "${flags[@]}" --window-size="$2,$3" --log-net-log="$out/$4.net" \
     --screenshot="$out/$4.png" "file://$1" >"$out/$4.log" 2>&1
   grep ':CONSOLE' "$out/$4.log" >"$out/$4.console" || true
@@ -42,6 +45,15 @@ phone_page() {
     "$1" "$2" >"$out/phone.html"
   open_page "$PWD/$out/phone.html" 390 "$2" "$3"
 }
+
+if [[ $1 == --picture ]]; then
+  [[ $# -eq 3 ]] || { echo "check_report: --picture needs OUT.png and a page (see --help)" >&2; exit 2; }
+  page=$(realpath "$3")
+  extra=(--force-device-scale-factor=0.7)
+  open_page "$page" 1280 1790 picture
+  mv -- "$out/picture.png" "$2"
+  exit
+fi
 
 failed=0
 for page in "$@"; do

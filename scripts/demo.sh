@@ -23,9 +23,9 @@ step "set-up and build"
 scripts/setup.sh
 build_preset release --target pled-vins
 
-step "making a recording: $recording"
+step "making a recording, a car park with traffic: $recording"
 rm -rf -- "$recording.new"
-"$program" simulate --preset demo --out "$recording.new" --seed 1
+"$program" simulate --preset demo --out "$recording.new" --seed 3
 rm -rf -- "$recording"
 mv -- "$recording.new" "$recording"
 
