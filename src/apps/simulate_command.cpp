@@ -66,6 +66,7 @@ class SimulateCommand final : public Command {
     app.add_flag("--second-camera", second_camera_,
                  "Events from a camera of their own, 346x260, 4 cm beside the frames'");
     app.add_flag("--depth", depth_, "Write depth pictures too (16-bit PNG, mm)");
+    app.add_flag("--text-events", text_events_, "Events as text, not as Prophesee RAW");
     app.add_option("--camera-late", faults_.camera_late_s,
                    "Stamp frames and events too late by this, s; the calibration is not told");
     app.add_option("--imu-drift", faults_.imu_drift_ppm, "The IMU's clock runs fast, ppm");
@@ -88,6 +89,7 @@ class SimulateCommand final : public Command {
     if (speed_mps_) options->speed_mps = *speed_mps_;
     options->path_file = path_file_;
     options->with_depth = depth_;
+    options->text_events = text_events_;
     if (second_camera_) options->event_camera = sim::camera_beside(options->camera);
     options->faults = faults_;
     if (imu_gap_.size() == 2) {
@@ -151,6 +153,7 @@ class SimulateCommand final : public Command {
   sim::FaultOptions faults_;
   bool second_camera_ = false;
   bool depth_ = false;
+  bool text_events_ = false;
   bool force_ = false;
 };
 

@@ -33,6 +33,23 @@ std::string picture_name(const char* kind, std::uint64_t index) {
                 static_cast<unsigned long long>(index));
 }
 
+/// Removes what an earlier recording left and this one will not write: it would look like a part of
+/// it.
+Result<void> remove_leftovers(const fs::path& dir, const SimulationOptions& options) {
+  std::error_code error;
+  const auto remove = [&](const char* name) {
+    if (!error) fs::remove(dir / name, error);
+  };
+  remove(options.text_events ? "events.raw" : "events.txt");
+  if (!options.event_camera) remove("settings.yaml");
+  if (!options.with_depth) {
+    remove("depth.txt");
+    if (!error) fs::remove_all(dir / "depths", error);
+  }
+  if (error) return Error{ErrorCode::kIoFailure, error.value()};
+  return {};
+}
+
 /// An empty folder for pictures: PNG files of an earlier recording would look like part of this
 /// one.
 Result<void> make_picture_folder(const fs::path& path) {
@@ -73,10 +90,13 @@ Result<void> RecordingWriter::create(const SimulationOptions& options) {
   PLED_TRY(make_picture_folder(dir_ / "masks"));
   with_depth_ = options.with_depth;
   if (with_depth_) PLED_TRY(make_picture_folder(dir_ / "depths"));
+  PLED_TRY(remove_leftovers(dir_, options));
   const CameraCalibration& camera = options.camera_of_events();
+  text_events_ = options.text_events;
   encoder_ = Evt3Encoder{camera.width_px};
-  events_.open(dir_ / "events.raw", std::ios::binary | std::ios::trunc);
-  events_ << Evt3Encoder::raw_header(camera.width_px, camera.height_px);
+  events_.open(dir_ / (text_events_ ? "events.txt" : "events.raw"),
+               std::ios::binary | std::ios::trunc);
+  if (!text_events_) events_ << Evt3Encoder::raw_header(camera.width_px, camera.height_px);
   if (!events_) return ErrorCode::kIoFailure;
   return {};
 }
@@ -173,6 +193,13 @@ Result<void> RecordingWriter::write_frame_lists(std::span<const ListedFrame> fra
 }
 
 Result<void> RecordingWriter::write_events(std::span<const Event> events) {
+  if (text_events_) {
+    for (const Event& e : events)
+      events_ << format("%.6f %d %d %d\n", e.t.seconds(), int{e.x_px}, int{e.y_px},
+                        e.polarity == Polarity::kOn ? 1 : 0);
+    if (!events_) return ErrorCode::kIoFailure;
+    return {};
+  }
   bytes_.clear();
   encoder_.encode(events, bytes_);
   events_.write(reinterpret_cast<const char*>(bytes_.data()),

@@ -27,7 +27,7 @@ class RecordingWriter {
  public:
   explicit RecordingWriter(std::filesystem::path out_dir) : dir_(std::move(out_dir)) {}
 
-  /// Makes the folders, removes pictures of an earlier recording, opens events.raw.
+  /// Makes the folders, removes what an earlier recording left, opens events.raw or events.txt.
   Result<void> create(const SimulationOptions& options);
   /// camchain.yaml, calib.txt and imu.yaml; with two cameras also settings.yaml, which names them.
   Result<void> write_calibration(const SimulationOptions& options);
@@ -46,6 +46,7 @@ class RecordingWriter {
  private:
   std::filesystem::path dir_;
   bool with_depth_ = false;
+  bool text_events_ = false;
   std::ofstream events_;
   Evt3Encoder encoder_{0};
   std::vector<std::byte> bytes_;

@@ -93,7 +93,8 @@ struct SimulationOptions {
   double still_s = 2.0;      ///< standing still before the flight when start is kStill, 0 ... 60
   CameraCalibration camera;  ///< of the frames, and of the events unless they have their own
   std::optional<CameraCalibration> event_camera;
-  bool with_depth = false;  ///< write a depth picture with each frame
+  bool with_depth = false;   ///< write a depth picture with each frame
+  bool text_events = false;  ///< events.txt instead of events.raw
   ImuOptions imu;
   FrameOptions frames;
   EventOptions events;

@@ -119,6 +119,43 @@ TEST_SUITE("sim.simulator") {
     CHECK(events[step.events - 1].t.us > 195000);
   }
 
+  TEST_CASE("events as text are those of the RAW file, and what is not written any more is gone") {
+    const TemporaryFolder raw{"raw"}, text{"text"};
+    SimulationOptions options = brief();
+    options.duration_s = 0.1;
+    options.event_camera = camera_beside(options.camera);
+    options.with_depth = true;
+    REQUIRE(simulate(options, text.path()).ok());
+    options.event_camera.reset();
+    options.with_depth = false;
+    const auto made = simulate(options, raw.path());
+    REQUIRE(made.ok());
+    options.text_events = true;
+    REQUIRE(simulate(options, text.path()).ok());
+    for (const char* name : {"events.raw", "settings.yaml", "depth.txt", "depths"}) {
+      CAPTURE(name);
+      CHECK_FALSE(fs::exists(text.path() / name));
+    }
+    const std::string bytes = content(raw.path() / "events.raw");
+    Evt3Decoder decoder{240, 180};
+    std::vector<Event> events(made.value().events + EventDecoder::kMinOutput);
+    const auto body = std::as_bytes(std::span(bytes)).subspan(bytes.find("% end\n") + 6);
+    REQUIRE(decoder.decode(body, events).events == made.value().events);
+    std::istringstream lines(content(text.path() / "events.txt"));
+    for (std::size_t i = 0; i < made.value().events; ++i) {
+      double t_s = 0.0;
+      int x = 0, y = 0, p = 0;
+      lines >> t_s >> x >> y >> p;
+      REQUIRE(std::llround(t_s * 1e6) == events[i].t.us);
+      REQUIRE(x == events[i].x_px);
+      REQUIRE(y == events[i].y_px);
+      REQUIRE((p == 1) == (events[i].polarity == Polarity::kOn));
+    }
+    std::string rest;
+    lines >> rest;
+    CHECK(rest.empty());
+  }
+
   TEST_CASE("the same seed gives the same bytes and another seed another recording") {
     const TemporaryFolder a{"a"}, b{"b"}, c{"c"};
     SimulationOptions options = brief();
