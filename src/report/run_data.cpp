@@ -1,6 +1,7 @@
 #include "src/report/run_data.hpp"
 
 #include <cerrno>
+#include <cmath>
 #include <cstring>
 #include <fstream>
 #include <iterator>
@@ -82,7 +83,9 @@ class Loader {
 bool Loader::read_report() {
   const fs::path file = folder_ / "report.json";
   const std::optional<std::string> text = text_of(file);
-  if (!text) return fail(file.string() + ": cannot be read: " + std::strerror(errno));
+  if (!text)
+    return fail(file.string() + ": cannot be read: " + std::strerror(errno) +
+                "; is this a folder that 'pled-vins replay --out' wrote?");
   Json report;
   try {
     report = Json::parse(*text);
@@ -141,7 +144,8 @@ void Loader::find_span() {
   } else if (!trajectory_.empty()) {
     span_ = {trajectory_.front().stamp_ns, trajectory_.back().stamp_ns};
     const Json started = run_.data["report"].value("initialised_at_s", Json());
-    if (started.is_number())
+    constexpr double kLongest_s = 1e6;  // of a report that was written over by something else
+    if (started.is_number() && std::abs(started.get<double>()) < kLongest_s)
       span_.first_ns -= static_cast<std::int64_t>(started.get<double>() * 1e9);
   }
   run_.data["first_stamp_s"] = rounded(static_cast<double>(span_.first_ns) * 1e-9, 6);
@@ -166,7 +170,11 @@ void Loader::add_path() {
   run_.data["truth"] = truth ? path_of_truth(*truth, span_) : Json(nullptr);
   // The coverage is the replay's: it knows which part of the recording was played. The other
   // figures are told anew, from the files as they are; without truth they too are the replay's.
-  const Json replayed = run_.data["report"].value("accuracy", Json::object());
+  Json replayed = run_.data["report"].value("accuracy", Json::object());
+  if (!replayed.is_object()) {
+    note("report.json: 'accuracy' is no object, it is left out");
+    replayed = Json::object();
+  }
   const auto figure = [&](const char* name, const std::optional<double>& value) {
     run_.data["accuracy"][name] = value ? Json(*value) : replayed.value(name, Json());
   };
