@@ -38,7 +38,7 @@ void EventModel::start(const Exposure& first) {
   t_s_ = first.t_s;
   for (std::size_t i = 0; i < pixels_.size(); ++i) {
     Pixel& p = pixels_[i];
-    p.last = log_intensity(first.radiance[i]);
+    p.input = p.last = log_intensity(first.radiance[i]);
     p.reference = p.last + static_cast<float>(p.random.uniform(-static_cast<double>(p.on),
                                                                static_cast<double>(p.off)));
   }
@@ -50,11 +50,18 @@ double EventModel::noise_hz(const Pixel& p, float radiance) const noexcept {
   return options_.noise_rate_hz * (1.0 - 0.75 * light);
 }
 
-float EventModel::filtered(const Pixel& p, float radiance, double dt_s) const noexcept {
+/// A low pass of first order, exact for an input that goes linearly from one exposure to the next,
+/// so that its lag does not depend on how often is rendered.
+float EventModel::filtered(Pixel& p, float radiance, double dt_s) const noexcept {
   const double corner_hz =
       options_.bandwidth_hz * std::min(1.0, static_cast<double>(radiance) + kLowestBandwidthShare);
-  const double share = -std::expm1(-2.0 * std::numbers::pi * corner_hz * dt_s);
-  return p.last + static_cast<float>(share) * (log_intensity(radiance) - p.last);
+  const double tau_s = 1.0 / (2.0 * std::numbers::pi * corner_hz);
+  const auto from = static_cast<double>(p.input);
+  p.input = log_intensity(radiance);
+  const auto to = static_cast<double>(p.input);
+  const double lag = (to - from) / dt_s * tau_s;
+  const double off = static_cast<double>(p.last) - from + lag;
+  return static_cast<float>(to - lag + off * std::exp(-dt_s / tau_s));
 }
 
 void EventModel::advance_row(int y, std::span<const Exposure> exposures, std::vector<Event>& out) {
@@ -86,6 +93,21 @@ void EventModel::advance_row(int y, std::span<const Exposure> exposures, std::ve
   }
 }
 
+/// When the log intensity meets one of the two levels, from `t_s` on. It may be beyond one already:
+/// the reference leaks.
+EventModel::Crossing EventModel::next_crossing(const Pixel& p, const Piece& piece,
+                                               double t_s) noexcept {
+  const auto on_level = static_cast<double>(p.reference + p.on);
+  const auto off_level = static_cast<double>(p.reference - p.off);
+  const double here = piece.at(t_s);
+  if (here >= on_level) return {t_s, true};
+  if (here <= off_level) return {t_s, false};
+  const bool rising = piece.slope > 0.0;
+  if (piece.slope == 0.0) return {kNever, true};
+  const double level = rising ? on_level : off_level;
+  return {std::max(t_s, piece.t0_s + (level - piece.from) / piece.slope), rising};
+}
+
 void EventModel::advance_pixel(Pixel& p, const Piece& piece, Event event,
                                std::vector<Event>& out) const {
   double t_s = piece.t0_s;
@@ -97,19 +119,13 @@ void EventModel::advance_pixel(Pixel& p, const Piece& piece, Event event,
       p.reference = static_cast<float>(piece.at(t_s));
       p.rests_until_s = -1.0;
     }
-    const bool rising = piece.slope > 0.0;
-    const double level = static_cast<double>(rising ? p.reference + p.on : p.reference - p.off);
-    double crossing_s = kNever;
-    if (piece.slope != 0.0)
-      crossing_s = std::max(t_s, piece.t0_s + (level - piece.from) / piece.slope);
-    else if (piece.from >= static_cast<double>(p.reference + p.on))
-      crossing_s = t_s;  // the reference leaked away under a steady light
+    const Crossing crossing = next_crossing(p, piece, t_s);
     const double noise_s =
         piece.noise_hz > 0.0 ? std::max(t_s, noise_from_s + p.noise_left / piece.noise_hz) : kNever;
-    const double fires_s = std::min(crossing_s, noise_s);
+    const double fires_s = std::min(crossing.t_s, noise_s);
     if (!(fires_s <= piece.t1_s)) break;
-    bool on = rising || piece.slope == 0.0;
-    if (noise_s < crossing_s) {
+    bool on = crossing.on;
+    if (noise_s < crossing.t_s) {
       on = p.random.uniform() < 0.5;
       p.noise_left = p.random.exponential();
       noise_from_s = fires_s;

@@ -55,7 +55,8 @@ class EventModel {
     double rests_until_s = -1.0;  // negative: not resting
     float on = 0.0F, off = 0.0F;  // thresholds, > 0
     float reference = 0.0F;
-    float last = 0.0F;  // filtered log intensity at the last exposure
+    float last = 0.0F;   // filtered log intensity at the last exposure
+    float input = 0.0F;  // the same before the filter
     bool hot = false;
   };
   /// Linear piece of one pixel's log intensity.
@@ -70,7 +71,13 @@ class EventModel {
                    static_cast<std::size_t>(x)];
   }
   [[nodiscard]] double noise_hz(const Pixel& p, float radiance) const noexcept;
-  [[nodiscard]] float filtered(const Pixel& p, float radiance, double dt_s) const noexcept;
+  struct Crossing {
+    double t_s;
+    bool on;
+  };
+  [[nodiscard]] float filtered(Pixel& p, float radiance, double dt_s) const noexcept;
+  [[nodiscard]] static Crossing next_crossing(const Pixel& p, const Piece& piece,
+                                              double t_s) noexcept;
   void advance_pixel(Pixel& p, const Piece& piece, Event event, std::vector<Event>& out) const;
 
   int width_px_;

@@ -51,7 +51,8 @@ struct EventOptions {
   double threshold = 0.2;       ///< log-intensity step of ON and OFF events, 0.05 ... 1
   double mismatch = 0.04;       ///< sigma of a pixel's threshold as a share of it, 0 ... 0.3
   double refractory_s = 50e-6;  ///< a pixel rests this long after an event, 0 ... 0.01
-  double noise_rate_hz = 0.1;   ///< spurious events of a pixel per second in full light, 0 ... 100
+  double noise_rate_hz = 0.1;   ///< spurious events of a pixel per second in the dark, a quarter of
+                                ///< it in full light, 0 ... 100
   double leak_rate_hz = 0.1;    ///< ON events of a resting pixel per second, 0 ... 10
   double bandwidth_hz = 300.0;  ///< of the photoreceptor at full light; less in the dark, 1 ... 1e5
   double hot_share = 0.0002;    ///< of the pixels that fire by themselves, 0 ... 0.1

@@ -122,6 +122,63 @@ TEST_SUITE("sim.event_model") {
     CHECK(std::abs(static_cast<double>(hot.size()) - 20000.0) < 4500.0);
   }
 
+  TEST_CASE("the photoreceptor's lag on a ramp does not depend on how often is rendered") {
+    const double tau_s = 1.0 / (2.0 * std::acos(-1.0) * 300.0);
+    for (const double step_s : {1e-4, 1e-3, 3e-3}) {
+      CAPTURE(step_s);
+      EventOptions options = ideal();
+      options.bandwidth_hz = 300.0;
+      EventModel model{1, 1, options, 1};
+      // Bright, so that the corner is the nominal one: log light from 0 to 3 in 0.3 s.
+      const auto light = [](double t_s) {
+        return static_cast<float>(std::exp(10.0 * t_s)) - 0.02F;
+      };
+      model.start({0.0, std::vector<float>{light(0.0)}});
+      std::vector<Event> events;
+      const int steps = static_cast<int>(std::lround(0.3 / step_s));
+      for (int k = 1; k <= steps; ++k) {
+        const std::vector<float> now{light(k * step_s)};
+        model.advance_row(0, std::array{Exposure{k * step_s, now}}, events);
+        model.advanced_to(k * step_s);
+      }
+      REQUIRE(events.size() > 10);
+      // Events lie on a line of one threshold each; where it meets the last event, the light had
+      // that level one lag earlier. Thresholds are counted from the random reference at the start,
+      // so two models tell it: with and without the filter.
+      options.bandwidth_hz = 1e5;
+      EventModel prompt{1, 1, options, 1};
+      prompt.start({0.0, std::vector<float>{light(0.0)}});
+      std::vector<Event> at_once;
+      for (int k = 1; k <= steps; ++k) {
+        const std::vector<float> now{light(k * step_s)};
+        prompt.advance_row(0, std::array{Exposure{k * step_s, now}}, at_once);
+        prompt.advanced_to(k * step_s);
+      }
+      const std::size_t last = std::min(events.size(), at_once.size()) - 1;
+      const double lag_s = (events[last].t - at_once[last].t).seconds();
+      CHECK(lag_s == doctest::Approx(tau_s).epsilon(0.05));
+    }
+  }
+
+  TEST_CASE("a reference that leaked beyond its level fires ON although the light falls") {
+    EventOptions options = ideal();
+    options.leak_rate_hz = 10.0;
+    EventModel model{1000, 1, options, 1};
+    model.start({0.0, std::vector<float>(1000, 0.8F)});
+    std::vector<Event> events;
+    for (int k = 1; k <= 400; ++k) {  // the log light falls by a tenth of what the leak takes
+      const std::vector<float> light(1000,
+                                     static_cast<float>(0.82 * std::exp(-0.2 * 0.0025 * k) - 0.02));
+      model.advance_row(0, std::array{Exposure{k * 0.0025, light}}, events);
+      model.advanced_to(k * 0.0025);
+    }
+    std::size_t on = 0;
+    for (const Event& e : events) on += e.polarity == Polarity::kOn ? 1U : 0U;
+    CHECK(on == events.size());
+    // 10 leaks less 0.2 / threshold = 1 a second, from anywhere between two thresholds.
+    CHECK(static_cast<double>(on) == doctest::Approx(1000.0 * 8.5).epsilon(0.07));
+  }
+
   TEST_CASE("the photoreceptor follows a step with its corner frequency, slower in the dark") {
     for (const float light : {0.8F, 0.1F}) {
       EventOptions options = ideal();

@@ -49,6 +49,17 @@ TEST_SUITE("sim.options") {
     CHECK(std::string_view(check(bad).key) == "camera.resolution");
   }
 
+  TEST_CASE("daylight again gives the sensor of the day") {
+    SimulationOptions night = *preset("night");
+    set_daylight(night, Daylight::kDay);
+    const SimulationOptions day = *preset("street");
+    CHECK(night.frames.gain == day.frames.gain);
+    CHECK(night.frames.exposure_s == day.frames.exposure_s);
+    CHECK(night.frames.noise_grey == day.frames.noise_grey);
+    CHECK(night.frames.blur_samples == day.frames.blur_samples);
+    CHECK(night.daylight == day.daylight);
+  }
+
   TEST_CASE("the camera sits 2 cm from the body and is turned by a degree") {
     const pled::CameraCalibration c = davis240c_camera();
     CHECK(c.T_body_cam.p.norm() == doctest::Approx(0.0208).epsilon(0.01));
