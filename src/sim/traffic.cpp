@@ -28,6 +28,19 @@ void add_car(std::vector<Box>& boxes, double x_m, double y_m, double yaw_rad, Ra
   boxes.push_back(std::move(cabin));
 }
 
+void add_van(std::vector<Box>& boxes, double x_m, double y_m, double yaw_rad, Random& random,
+             const DrivePath& drive) {
+  const double half_z = 0.5 * random.uniform(2.2, 2.7);
+  constexpr double kClearance_m = 0.2;
+  Box box = box_at({x_m, y_m, kClearance_m + half_z}, {0.5 * random.uniform(5.2, 6.2), 1.0, half_z},
+                   yaw_rad);
+  box.finish = {Finish::kCarEnd, Finish::kCarEnd, Finish::kCrate,
+                Finish::kCrate,  Finish::kCarTop, Finish::kCarTop};
+  box.texel_m = 0.01;
+  box.drive = drive;
+  boxes.push_back(std::move(box));
+}
+
 void add_person(std::vector<Box>& boxes, double x_m, double y_m, const Eigen::Vector2d& reach_m,
                 double period_s, Random& random) {
   const Eigen::Vector3d half{0.16, 0.25, 0.5 * random.uniform(1.6, 1.85)};

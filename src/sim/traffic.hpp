@@ -12,6 +12,10 @@ namespace pled::sim {
 void add_car(std::vector<Box>& boxes, double x_m, double y_m, double yaw_rad, Random& random,
              const DrivePath& drive = {});
 
+/// The same for a delivery van, one box as high as the flight, with a lettered side.
+void add_van(std::vector<Box>& boxes, double x_m, double y_m, double yaw_rad, Random& random,
+             const DrivePath& drive);
+
 /// Appends a person who walks to and fro over `reach_m` to either side of (x, y) once in
 /// `period_s`.
 void add_person(std::vector<Box>& boxes, double x_m, double y_m, const Eigen::Vector2d& reach_m,

@@ -57,7 +57,7 @@ inline constexpr double kMovingSpeedMps = 0.02;
 [[nodiscard]] World make_room(std::uint64_t seed, MovingLevel moving, double scale = 1.0);
 
 /// A car park of 70 x 50 m between houses: rows of parked cars on marked asphalt, lamp posts.
-/// Cars cross, pass, start and stop, people walk, all more than 4 m before the flight.
+/// Cars cross, pass, start and stop, people walk, all more than 2 m from the flight.
 [[nodiscard]] World make_car_park(std::uint64_t seed, MovingLevel moving);
 
 /// A straight street between houses with parked cars, for a drive along +x at `ego_speed_mps` from
