@@ -6,8 +6,10 @@
 #   scripts/development_set.sh run  [CHOICE...] [DIR]     replays each and prints its accuracy
 #
 # CHOICE: --seeds "1 2"   --worlds "room street"   --levels "none high"   --lights "day night"
+#         --paired: to each with traffic the same world and flight without
 # DIR: build/development. Whole: 12 seeds x 3 worlds, 6 s each; every traffic level and every light
-# comes with every world.
+# comes with every world. About 12 minutes on two cores. A recording is made anew when the simulator's
+# sources have changed since.
 #
 # Seeds 1 to 8 are for choosing. Seeds 9 to 12 are looked at for a closing figure only: what was
 # chosen on a recording says nothing about others.
@@ -15,7 +17,7 @@ set -euo pipefail
 
 top=$(cd "$(dirname "$0")/.." && pwd)
 program=${PLED_VINS:-$top/build/release/pled-vins}
-usage() { sed -n '2,13s/^# \{0,1\}//p' "$0"; }
+usage() { sed -n '2,15s/^# \{0,1\}//p' "$0"; }
 misused() { echo "development_set.sh: $1 (see --help)" >&2; exit 2; }
 
 job=${1:-}
@@ -30,12 +32,14 @@ worlds="room car_park street"
 levels="none low mid high"
 lights="day dim night"
 folder=$top/build/development
+paired=0
 while [ $# -gt 0 ]; do
   case "$1" in
     --seeds) seeds=${2:?--seeds needs numbers}; shift 2 ;;
     --worlds) worlds=${2:?--worlds needs names}; shift 2 ;;
     --levels) levels=${2:?--levels needs names}; shift 2 ;;
     --lights) lights=${2:?--lights needs names}; shift 2 ;;
+    --paired) paired=1; shift ;;
     -h | --help) usage; exit 0 ;;
     -*) misused "unknown option $1" ;;
     *) folder=$1; shift ;;
@@ -57,6 +61,9 @@ sequences() {
       light=${all_lights[(seed - 1 + k) % 3]}
       if has "$worlds" "$world" && has "$seeds" "$seed" && has "$levels" "$level" && has "$lights" "$light"; then
         printf '%s %s %s %s %s\n' "$world-$seed-$level-$light" "$seed" "$world" "$level" "$light"
+        if [ "$paired" = 1 ] && [ "$level" != none ]; then
+          printf '%s %s %s %s %s\n' "$world-$seed-none-$light" "$seed" "$world" none "$light"
+        fi
       fi
     done
     k=$((k + 1))
@@ -69,11 +76,13 @@ if [ "$job" = list ]; then echo "$chosen"; exit 0; fi
 [ -x "$program" ] || { echo "development_set.sh: $program is missing: run scripts/demo.sh or scripts/test.sh first" >&2; exit 1; }
 
 mkdir -p "$folder"
+simulator=$(cd "$top" && find src/sim include/pled_vins/sim src/geometry -type f | LC_ALL=C sort | xargs cksum | cksum)
 make_one() { # name seed world level light
-  [ -f "$folder/$1/calib.txt" ] && return
+  [ -f "$folder/$1/simulator" ] && [ "$(cat "$folder/$1/simulator")" = "$simulator" ] && return
   rm -rf -- "$folder/$1.new" "${folder:?}/$1"
   "$program" simulate --out "$folder/$1.new" --preset "$3" --seed "$2" --moving "$4" --light "$5" --duration 6 \
     >"$folder/$1.log" 2>&1 || { cat "$folder/$1.log" >&2; exit 1; }
+  echo "$simulator" >"$folder/$1.new/simulator"
   mv -- "$folder/$1.new" "$folder/$1"
 }
 started=$SECONDS

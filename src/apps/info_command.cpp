@@ -99,7 +99,7 @@ class InfoCommand final : public Command {
   }
 
   ExitCode run() override {
-    const std::optional<AppConfig> config = settings(config_);
+    const std::optional<AppConfig> config = settings_for(path_, config_);
     if (!config) return ExitCode::kFailed;
     replay::Problems problems;
     auto recording = replay::Recording::open(path_, problems);

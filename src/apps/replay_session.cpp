@@ -125,7 +125,7 @@ double played_length_s(double whole_s, const ReplayOptions& options) {
 }  // namespace
 
 bool run_replay(const ReplayOptions& options) {
-  const std::optional<AppConfig> config = settings(options.config);
+  const std::optional<AppConfig> config = settings_for(options.recording, options.config);
   if (!config) return false;
   replay::Problems problems;
   Result<replay::Recording> opened = replay::Recording::open(options.recording, problems);

@@ -1,5 +1,7 @@
 #include "src/apps/settings.hpp"
 
+#include <filesystem>
+#include <system_error>
 #include <variant>
 
 #include "src/apps/text.hpp"
@@ -14,6 +16,14 @@ std::optional<AppConfig> settings(const std::string& file) {
     return std::nullopt;
   }
   return std::get<AppConfig>(std::move(loaded));
+}
+
+std::optional<AppConfig> settings_for(const std::string& recording, const std::string& file) {
+  const std::filesystem::path own = std::filesystem::path(recording) / "settings.yaml";
+  std::error_code ignored;
+  if (!file.empty() || !std::filesystem::is_regular_file(own, ignored)) return settings(file);
+  print_note("settings are those of " + own.string() + "; --config names others");
+  return settings(own.string());
 }
 
 }  // namespace pled::apps

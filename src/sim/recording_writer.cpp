@@ -33,6 +33,19 @@ std::string picture_name(const char* kind, std::uint64_t index) {
                 static_cast<unsigned long long>(index));
 }
 
+/// A folder for pictures without those of an earlier recording: they would look like part of this
+/// one.
+Result<void> make_picture_folder(const fs::path& path, const std::string& kind) {
+  std::error_code error;
+  fs::create_directories(path, error);
+  if (error) return Error{ErrorCode::kIoFailure, error.value()};
+  for (const fs::directory_entry& entry : fs::directory_iterator(path, error)) {
+    if (entry.path().filename().string().starts_with(kind + "_")) fs::remove(entry.path(), error);
+  }
+  if (error) return Error{ErrorCode::kIoFailure, error.value()};
+  return {};
+}
+
 /// Removes what an earlier recording left and this one will not write: it would look like a part of
 /// it.
 Result<void> remove_leftovers(const fs::path& dir, const SimulationOptions& options) {
@@ -44,20 +57,11 @@ Result<void> remove_leftovers(const fs::path& dir, const SimulationOptions& opti
   if (!options.event_camera) remove("settings.yaml");
   if (!options.with_depth) {
     remove("depth.txt");
-    if (!error) fs::remove_all(dir / "depths", error);
-  }
-  if (error) return Error{ErrorCode::kIoFailure, error.value()};
-  return {};
-}
-
-/// An empty folder for pictures: PNG files of an earlier recording would look like part of this
-/// one.
-Result<void> make_picture_folder(const fs::path& path) {
-  std::error_code error;
-  fs::create_directories(path, error);
-  if (error) return Error{ErrorCode::kIoFailure, error.value()};
-  for (const fs::directory_entry& entry : fs::directory_iterator(path, error)) {
-    if (entry.path().extension() == ".png") fs::remove(entry.path(), error);
+    if (!error && fs::exists(dir / "depths", error)) {
+      PLED_TRY(make_picture_folder(dir / "depths", "depth"));
+      std::error_code holds_more;
+      fs::remove(dir / "depths", holds_more);
+    }
   }
   if (error) return Error{ErrorCode::kIoFailure, error.value()};
   return {};
@@ -86,10 +90,10 @@ std::string camera_entry(const char* name, const CameraCalibration& c) {
 }  // namespace
 
 Result<void> RecordingWriter::create(const SimulationOptions& options) {
-  PLED_TRY(make_picture_folder(dir_ / "images"));
-  PLED_TRY(make_picture_folder(dir_ / "masks"));
+  PLED_TRY(make_picture_folder(dir_ / "images", "frame"));
+  PLED_TRY(make_picture_folder(dir_ / "masks", "mask"));
   with_depth_ = options.with_depth;
-  if (with_depth_) PLED_TRY(make_picture_folder(dir_ / "depths"));
+  if (with_depth_) PLED_TRY(make_picture_folder(dir_ / "depths", "depth"));
   PLED_TRY(remove_leftovers(dir_, options));
   const CameraCalibration& camera = options.camera_of_events();
   text_events_ = options.text_events;

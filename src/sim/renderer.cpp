@@ -116,6 +116,7 @@ Renderer::Hit Renderer::cast(const Scene& scene, BoxMask mask, const Ray& ray) n
   hit.depth_m = kFar;
   hit.box = 0;
   hit.face = 0;
+  hit.direction = Eigen::Array4f::Zero();
   for (; mask != 0; mask &= mask - 1) {
     const auto b = static_cast<std::size_t>(std::countr_zero(mask));
     const Placed& p = scene.boxes[b];

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "pled_vins/sim/imu_model.hpp"
+#include "src/sim/clearance.hpp"
 #include "src/sim/event_model.hpp"
 #include "src/sim/parallel.hpp"
 #include "src/sim/random.hpp"
@@ -172,12 +173,16 @@ double path_length_m(const Trajectory& trajectory, double duration_s) {
 Result<SimulationSummary> simulate_checked(const SimulationOptions& options,
                                            const std::filesystem::path& out_dir,
                                            const ProgressCallback& progress) {
-  const World world = make_world(options);
-  const Result<Renderer> renderer = Renderer::create(world, options.camera);
-  PLED_TRY(renderer);
   const Result<std::unique_ptr<Trajectory>> made = make_trajectory(options);
   PLED_TRY(made);
   const Trajectory& trajectory = *made.value();
+  if (options.duration_s > trajectory.longest_s()) return ErrorCode::kEndOfStream;
+  World world = lay_out(options);
+  if (const auto contact_s = first_contact_s(world, trajectory, options.duration_s))
+    return Error{ErrorCode::kUnsupported, std::llround(*contact_s * 1e3)};
+  paint_boxes(world, options.seed);
+  const Result<Renderer> renderer = Renderer::create(world, options.camera);
+  PLED_TRY(renderer);
   RecordingWriter writer{out_dir};
   const Result<Renderer> of_events = Renderer::create(world, options.camera_of_events());
   PLED_TRY(of_events);

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <fstream>
+#include <optional>
 #include <sstream>
 #include <string>
 
@@ -13,6 +14,7 @@ namespace {
 
 constexpr std::size_t kFewestSamples = 8;
 constexpr double kHeadHeight_m = 1.45;
+constexpr double kLongest_s = 3600.0;
 constexpr double kSmoothing = 1e-3;  ///< of second differences of knots, against samples
 
 /// Weights of the four knots around a place u in [0, 1) between two, and two derivatives by u.
@@ -36,6 +38,17 @@ struct Place {
   std::size_t first;  ///< of the four knots
   double u;
 };
+/// A line of a TUM file; nothing when it is none.
+std::optional<SplineTrajectory::Sample> read_sample(const std::string& line) {
+  std::istringstream words(line);
+  double v[8];
+  for (double& number : v)
+    if (!(words >> number) || !std::isfinite(number)) return std::nullopt;
+  const Eigen::Quaterniond q(v[7], v[4], v[5], v[6]);
+  if (!(q.norm() > 0.5)) return std::nullopt;
+  return SplineTrajectory::Sample{v[0], Pose{q.normalized(), Eigen::Vector3d(v[1], v[2], v[3])}};
+}
+
 Place place(double t_s, double step_s, std::size_t knots) {
   const double at = std::max(0.0, t_s / step_s);
   const std::size_t first = std::min(static_cast<std::size_t>(at), knots - 4);
@@ -110,18 +123,17 @@ Result<std::unique_ptr<Trajectory>> read_spline_trajectory(const std::filesystem
   std::ifstream in(file);
   if (!in) return ErrorCode::kNotFound;
   std::vector<SplineTrajectory::Sample> samples;
+  std::int64_t number = 0;
   for (std::string line; std::getline(in, line);) {
+    ++number;
     if (line.empty() || line[0] == '#') continue;
-    std::istringstream words(line);
-    double v[8];
-    for (double& number : v)
-      if (!(words >> number) || !std::isfinite(number)) return ErrorCode::kCorrupt;
-    const Eigen::Quaterniond q(v[7], v[4], v[5], v[6]);
-    if (!(q.norm() > 0.5)) return ErrorCode::kCorrupt;
-    if (!samples.empty() && !(v[0] > samples.back().t_s)) return ErrorCode::kCorrupt;
-    samples.push_back({v[0], Pose{q.normalized(), Eigen::Vector3d(v[1], v[2], v[3])}});
+    const std::optional<SplineTrajectory::Sample> sample = read_sample(line);
+    if (!sample || (!samples.empty() && !(sample->t_s > samples.back().t_s)))
+      return Error{ErrorCode::kCorrupt, number};
+    samples.push_back(*sample);
   }
   if (samples.size() < kFewestSamples) return ErrorCode::kUnsupported;
+  if (samples.back().t_s - samples.front().t_s > kLongest_s) return ErrorCode::kTooLarge;
   Eigen::Vector3d middle = Eigen::Vector3d::Zero();
   for (const SplineTrajectory::Sample& s : samples)
     middle += s.T_world_body.p / static_cast<double>(samples.size());

@@ -22,7 +22,7 @@ class SplineTrajectory final : public Trajectory {
   /// Times strictly increasing; at least 8 samples. Time 0 is that of the first sample.
   explicit SplineTrajectory(const std::vector<Sample>& samples);
   [[nodiscard]] Kinematics at(double t_s) const noexcept override;
-  [[nodiscard]] double duration_s() const noexcept { return duration_s_; }
+  [[nodiscard]] double longest_s() const noexcept override { return duration_s_; }
 
  private:
   static constexpr double kKnotStep_s = 0.08;
@@ -33,8 +33,9 @@ class SplineTrajectory final : public Trajectory {
 };
 
 /// From a TUM file, `t tx ty tz qx qy qz qw` a line, moved so that its middle lies at (0, 0, 1.45):
-/// in the middle of the room, at head height. kNotFound, kCorrupt (unreadable line, time
-/// that does not increase), kUnsupported (fewer than 8 poses).
+/// in the middle of the room, at head height. kNotFound, kCorrupt (unreadable line, or time that
+/// does not increase; the error's detail is the number of the line), kUnsupported (fewer than 8
+/// poses), kTooLarge (over an hour).
 [[nodiscard]] Result<std::unique_ptr<Trajectory>> read_spline_trajectory(
     const std::filesystem::path& file);
 

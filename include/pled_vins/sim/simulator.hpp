@@ -29,7 +29,9 @@ using ProgressCallback = std::function<void(double)>;
 ///   camchain.yaml, imu.yaml, events.raw (EVT 3.0), settings.yaml (with two cameras).
 /// Stamps start at 0. The same options give the same bytes, whatever the number of
 /// processors. Errors: kInvalidArgument (options out of range; say which with
-/// check()), kIoFailure, kTooLarge (no memory), and those of make_trajectory().
+/// check()), kIoFailure, kTooLarge (no memory), kEndOfStream (the path of `path_file` is shorter
+/// than `duration_s`), kUnsupported (the motion meets a wall or leaves the world; the detail says
+/// when, ms), and before anything is written those of make_trajectory().
 [[nodiscard]] Result<SimulationSummary> simulate(const SimulationOptions& options,
                                                  const std::filesystem::path& out_dir,
                                                  const ProgressCallback& progress = {}) noexcept;

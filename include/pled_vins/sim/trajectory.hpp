@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstddef>
+#include <limits>
 #include <memory>
 
 #include <Eigen/Core>
@@ -26,6 +27,11 @@ class Trajectory {
  public:
   virtual ~Trajectory() = default;
   [[nodiscard]] virtual Kinematics at(double t_s) const noexcept = 0;
+  /// It is a motion from 0 to this, s; beyond, at() stands where it ended, from one instant to the
+  /// next.
+  [[nodiscard]] virtual double longest_s() const noexcept {
+    return std::numeric_limits<double>::infinity();
+  }
 };
 
 /// Coordinates and Euler angles as sums of sines, about a place and along a drift; the seed moves

@@ -2,12 +2,16 @@
 
 #include <algorithm>
 #include <cmath>
+#include <memory>
+#include <string>
+#include <string_view>
 #include <vector>
 
 #include <doctest/doctest.h>
 
 #include "pled_vins/geometry/so3.hpp"
 #include "pled_vins/imu/preintegration.hpp"
+#include "src/sim/spline_trajectory.hpp"
 #include "tests/support/room_flight.hpp"
 
 using namespace pled;
@@ -31,15 +35,26 @@ NavState state_at(const Trajectory& trajectory, Timestamp t) {
   return s;
 }
 
+/// A preset's flight, or a spline through the poses of one at 100 Hz.
+std::unique_ptr<Trajectory> flight_named(std::string_view name) {
+  if (const auto options = preset(name)) return std::make_unique<SineFlight>(*options);
+  const SineFlight room(*preset("room"));
+  std::vector<SplineTrajectory::Sample> samples;
+  for (int k = 0; k <= 3000; ++k) samples.push_back({0.01 * k, room.at(0.01 * k).T_world_body});
+  return std::make_unique<SplineTrajectory>(samples);
+}
+
 }  // namespace
 
 TEST_SUITE("sim.imu_model") {
   TEST_CASE("readings without noise integrate to the true pose: 30 s to a centimetre") {
     ImuOptions options;
     options.with_noise = false;
-    for (const char* name : {"room", "hand", "car_park", "street"}) {
+    for (const std::string_view name : {"room", "hand", "car_park", "street", "recorded path"}) {
       CAPTURE(name);
-      const SineFlight flight(*preset(name));
+      const std::unique_ptr<Trajectory> made = flight_named(name);
+      const Trajectory& flight = *made;
+      REQUIRE(flight.longest_s() >= 30.0);
       const std::vector<ImuSample> samples = simulate_imu(flight, 30.0, options, 1).samples;
       REQUIRE(samples.size() == 6001);
       NavState state = state_at(flight, samples.front().t);
@@ -51,7 +66,8 @@ TEST_SUITE("sim.imu_model") {
         state = part.predict(state);
       }
       const NavState truth = state_at(flight, samples.back().t);
-      MESSAGE(name, ": position error after 30 s, mm: ", 1e3 * (state.p_wb - truth.p_wb).norm());
+      MESSAGE(std::string(name),
+              ": position error after 30 s, mm: ", 1e3 * (state.p_wb - truth.p_wb).norm());
       CHECK((state.p_wb - truth.p_wb).norm() < 1e-2);
       CHECK((state.v_wb - truth.v_wb).norm() < 2e-3);
       CHECK(so3::log(state.q_wb.conjugate() * truth.q_wb).norm() < 2e-4);

@@ -5,7 +5,9 @@
 
 #include <doctest/doctest.h>
 
+#include "pled_vins/sim/simulator.hpp"
 #include "pled_vins/sim/trajectory.hpp"
+#include "src/sim/clearance.hpp"
 #include "src/sim/frame_model.hpp"
 
 using namespace pled;
@@ -26,6 +28,23 @@ SimulationOptions sharp(std::string_view name, MovingLevel level, std::uint64_t 
 bool beside_label(const std::vector<std::uint8_t>& mask, std::size_t i) {
   for (const std::size_t row : {i - 240, i, i + 240})
     if (mask[row - 1] != 0 || mask[row] != 0 || mask[row + 1] != 0) return true;
+  return false;
+}
+
+/// Something that stands and that one could drive into: no house, kerb or surroundings.
+bool is_obstacle(const Box& box) {
+  return !box.can_move() && !box.seen_from_inside && box.half_m.head<2>().maxCoeff() < 2.6;
+}
+
+/// Whether a part of a mover's ground plan, a grid of 5 x 5 points, lies in a box.
+bool overlaps(const Box& mover, const Box& box, double t_s) {
+  const Pose T_box_mover = box.T_world_rest.inverse() * mover.T_world_box(t_s);
+  for (int i = -2; i <= 2; ++i)
+    for (int k = -2; k <= 2; ++k) {
+      const Eigen::Vector3d p{0.5 * i * mover.half_m.x(), 0.5 * k * mover.half_m.y(), 0.0};
+      const Eigen::Array3d inside = (T_box_mover * p).array().abs();
+      if (inside(0) < box.half_m.x() && inside(1) < box.half_m.y()) return true;
+    }
   return false;
 }
 
@@ -92,6 +111,49 @@ TEST_SUITE("sim.labels") {
         below = std::move(world);
       }
     }
+  }
+
+  TEST_CASE("nothing drives or walks through parked cars and posts, or to where the rig goes") {
+    for (const std::string_view name : {"car_park", "street"}) {
+      CAPTURE(name);
+      for (std::uint64_t seed = 1; seed <= 8; ++seed) {
+        CAPTURE(seed);
+        const SimulationOptions options = sharp(name, MovingLevel::kHigh, seed);
+        const World world = lay_out(options);
+        const SineFlight flight(options);
+        for (double t_s = 0.0; t_s < options.duration_s; t_s += 0.1) {
+          const Eigen::Vector3d rig = flight.at(t_s).T_world_body.p;
+          for (const Box& mover : world.boxes) {
+            if (!mover.can_move()) continue;
+            const Pose T_world_mover = mover.T_world_box(t_s);
+            REQUIRE((T_world_mover.p - rig).head<2>().norm() > 1.5);
+            for (const Box& box : world.boxes)
+              if (is_obstacle(box)) REQUIRE_FALSE(overlaps(mover, box, t_s));
+          }
+        }
+      }
+    }
+  }
+
+  TEST_CASE(
+      "every preset's flight keeps clear of walls for every seed, and one that does not is told") {
+    for (const std::string_view name : kPresetNames) {
+      CAPTURE(name);
+      for (std::uint64_t seed = 1; seed <= 12; ++seed) {
+        SimulationOptions options = *preset(name);
+        options.seed = seed;
+        CHECK_FALSE(first_contact_s(lay_out(options), SineFlight(options), options.duration_s));
+      }
+    }
+    SimulationOptions options = *preset("room");
+    options.motion = MotionKind::kCar;  // 5 m/s in a room of 8 m
+    const auto contact_s = first_contact_s(lay_out(options), SineFlight(options), 8.0);
+    REQUIRE(contact_s.has_value());
+    CHECK(*contact_s < 2.0);  // 4.3 m to the wall, never below 2 m/s
+    const auto refused = simulate(options, "/nowhere/that/is/written");
+    REQUIRE_FALSE(refused.ok());
+    CHECK(refused.error().code == ErrorCode::kUnsupported);
+    CHECK(refused.error().detail == std::llround(*contact_s * 1e3));
   }
 
   TEST_CASE("what moves by itself changes no picture of what does not") {

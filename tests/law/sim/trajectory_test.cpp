@@ -124,7 +124,7 @@ TEST_SUITE("sim.trajectory") {
   TEST_CASE("a spline keeps to the path that it was fitted to, and stands before and after") {
     const SineFlight flight(*preset("room"));
     const SplineTrajectory spline(recorded(flight, 8.0));
-    CHECK(spline.duration_s() == doctest::Approx(8.0));
+    CHECK(spline.longest_s() == doctest::Approx(8.0));
     for (double t_s = 0.2; t_s < 7.8; t_s += 0.03) {
       const Pose truth = flight.at(t_s).T_world_body;
       CHECK((spline.at(t_s).T_world_body.p - truth.p).norm() < 2e-3);
@@ -139,13 +139,15 @@ TEST_SUITE("sim.trajectory") {
     namespace fs = std::filesystem;
     const fs::path file =
         fs::temp_directory_path() / ("pled_path_" + std::to_string(getpid()) + ".tum");
-    const auto code_of = [&](const std::string& text) {
+    const auto error_of = [&](const std::string& text) {
       std::ofstream(file) << text;
-      return read_spline_trajectory(file).error().code;
+      return read_spline_trajectory(file).error();
     };
+    const auto code_of = [&](const std::string& text) { return error_of(text).code; };
     CHECK(read_spline_trajectory(file).error().code == ErrorCode::kNotFound);
     CHECK(code_of("0 0 0 0 0 0 0 1\n1 0 0 0 0 0 0 1\n") == ErrorCode::kUnsupported);
     CHECK(code_of("0 0 0 0 0 0 0 1\n1 0 0 zero 0 0 0 1\n") == ErrorCode::kCorrupt);
+    CHECK(error_of("# t\n0 0 0 0 0 0 0 1\n1 0 0 zero 0 0 0 1\n").detail == 3);
     CHECK(code_of("1 0 0 0 0 0 0 1\n1 0 0 0 0 0 0 1\n") == ErrorCode::kCorrupt);
     CHECK(code_of("0 0 0 0 0 0 0 0\n") == ErrorCode::kCorrupt);
     std::string text = "# t x y z q\n";
