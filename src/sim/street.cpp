@@ -54,7 +54,8 @@ void add_parked(std::vector<Box>& boxes, double length_m, Random& random) {
   const double each_m = (length_m + 30.0) / (0.5 * static_cast<double>(kParked));
   for (std::size_t k = 0; k < kParked; ++k) {
     const double side = k % 2 == 0 ? -1.0 : 1.0;
-    double x = (static_cast<double>(k / 2) + random.uniform(0.1, 0.8)) * each_m + 3.0;
+    const std::size_t place = k / 2;  // on this side
+    double x = (static_cast<double>(place) + random.uniform(0.1, 0.8)) * each_m + 3.0;
     if (std::abs(x - side_street_m(length_m)) < kSideStreetHalf_m)
       x = side_street_m(length_m) + std::copysign(kSideStreetHalf_m, x - side_street_m(length_m));
     add_car(boxes, x, side * 5.9, side < 0 ? 0.0 : std::numbers::pi, random);
