@@ -8,8 +8,8 @@
 # CHOICE: --seeds "1 2"   --worlds "room street"   --levels "none high"   --lights "day night"
 #         --paired: to each with traffic the same world and flight without
 # DIR: build/development. Whole: 12 seeds x 3 worlds, 6 s each; every traffic level and every light
-# comes with every world. About 12 minutes on two cores. A recording is made anew when the simulator's
-# sources have changed since.
+# comes with every world. A quarter to half a minute each on two cores. A recording is made anew when
+# the simulator's sources have changed since.
 #
 # Seeds 1 to 8 are for choosing. Seeds 9 to 12 are looked at for a closing figure only: what was
 # chosen on a recording says nothing about others.

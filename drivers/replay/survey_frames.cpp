@@ -55,6 +55,26 @@ class FrameGaps {
   std::vector<std::string> found_;
 };
 
+/// Visits every picture that can be read and says which can not.
+template <typename Visit>
+void read_pictures(FrameFileSource& source, std::vector<std::string>& words, const char* kind,
+                   const Visit& visit) {
+  ProblemList unreadable(words);
+  for (;;) {
+    const auto frame = source.acquire(Duration{});
+    if (frame.ok()) {
+      visit(frame.value());
+      source.release();
+      continue;
+    }
+    const ErrorCode code = frame.error().code;
+    if (code == ErrorCode::kEndOfStream) break;
+    unreadable.add(source.last_message());
+    if (code != ErrorCode::kTruncated && code != ErrorCode::kCorrupt) break;
+  }
+  unreadable.finish(kind);
+}
+
 }  // namespace
 
 Result<FrameInfo> survey_frames(const Recording& recording, Problems& problems,
@@ -66,23 +86,11 @@ Result<FrameInfo> survey_frames(const Recording& recording, Problems& problems,
   info.present = true;
   info.width = recording.frame_size().width_px;
   info.height = recording.frame_size().height_px;
-  ProblemList unreadable(words);
   FrameGaps gaps(recording, info);
-  while (true) {
-    const auto frame = source.acquire(Duration{});
+  read_pictures(source, words, "unreadable frames", [&](const FrameView& frame) {
     progress.at(source.progress());
-    if (frame.ok()) {
-      const double t_s = frame.value().t.seconds();
-      gaps.add(t_s);
-      source.release();
-      continue;
-    }
-    const ErrorCode code = frame.error().code;
-    if (code == ErrorCode::kEndOfStream) break;
-    unreadable.add(source.last_message());
-    if (code != ErrorCode::kTruncated && code != ErrorCode::kCorrupt) break;
-  }
-  unreadable.finish("unreadable frames");
+    gaps.add(frame.t.seconds());
+  });
   gaps.say(words);
   say_count(words, recording.files().frames, source.faults().out_of_order,
             "frames whose stamp is not later than the one before (skipped)");
@@ -99,20 +107,7 @@ MaskInfo survey_masks(const Recording& recording, std::vector<std::string>& word
   for (const Problem& problem : problems) words.push_back(problem.file + ": " + problem.text);
   if (!opened.ok()) return info;
   FrameFileSource& source = *opened.value();
-  ProblemList unreadable(words);
-  while (true) {
-    const auto mask = source.acquire(Duration{});
-    if (mask.ok()) {
-      ++info.count;
-      source.release();
-      continue;
-    }
-    const ErrorCode code = mask.error().code;
-    if (code == ErrorCode::kEndOfStream) break;
-    unreadable.add(source.last_message());
-    if (code != ErrorCode::kTruncated && code != ErrorCode::kCorrupt) break;
-  }
-  unreadable.finish("unreadable label images");
+  read_pictures(source, words, "unreadable label images", [&](const FrameView&) { ++info.count; });
   return info;
 }
 

@@ -46,11 +46,11 @@ class SimulateCommand final : public Command {
     app.add_option("--duration", r_.duration_s,
                    "Length, s (default: the preset's, with --path the path's)");
     app.add_option("--moving", r_.moving, "How much moves by itself (default: the preset's)")
-        ->check(CLI::IsMember(std::vector<std::string>{"none", "low", "mid", "high"}));
+        ->check(CLI::IsMember(moving_names()));
     app.add_option("--light", r_.daylight, "Light (default: the preset's)")
-        ->check(CLI::IsMember(std::vector<std::string>{"day", "dim", "night"}));
+        ->check(CLI::IsMember(light_names()));
     app.add_option("--motion", r_.motion, "How the rig moves (default: the preset's)")
-        ->check(CLI::IsMember(std::vector<std::string>{"still", "drone", "hand", "car"}));
+        ->check(CLI::IsMember(motion_names()));
     app.add_option("--speed", r_.speed_mps, "Of a car, m/s, 1 ... 20 (default: 5)");
     app.add_option("--path", r_.path_file,
                    "TUM file to follow: world z up, body axes x right, y down, z forward; moved so "

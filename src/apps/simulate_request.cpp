@@ -10,6 +10,7 @@
 #include <system_error>
 #include <utility>
 
+#include "pled_vins/core/check.hpp"
 #include "pled_vins/sim/trajectory.hpp"
 
 namespace pled::apps {
@@ -24,26 +25,36 @@ std::string format(const char* pattern, Values... values) {
   return text.data();
 }
 
-/// The value of a name; the command line let no other through.
-template <typename Value, std::size_t N>
-Value value_of(const std::pair<std::string_view, Value> (&names)[N], std::string_view name) {
-  for (const auto& [known, value] : names)
-    if (known == name) return value;
-  return names[0].second;
+template <typename Value>
+using Named = std::pair<std::string_view, Value>;
+
+constexpr std::array kLevels{Named<sim::MovingLevel>{"none", sim::MovingLevel::kNone},
+                             Named<sim::MovingLevel>{"low", sim::MovingLevel::kLow},
+                             Named<sim::MovingLevel>{"mid", sim::MovingLevel::kMid},
+                             Named<sim::MovingLevel>{"high", sim::MovingLevel::kHigh}};
+constexpr std::array kLights{Named<sim::Daylight>{"day", sim::Daylight::kDay},
+                             Named<sim::Daylight>{"dim", sim::Daylight::kDim},
+                             Named<sim::Daylight>{"night", sim::Daylight::kNight}};
+constexpr std::array kMotions{Named<sim::MotionKind>{"still", sim::MotionKind::kStill},
+                              Named<sim::MotionKind>{"drone", sim::MotionKind::kDrone},
+                              Named<sim::MotionKind>{"hand", sim::MotionKind::kHandheld},
+                              Named<sim::MotionKind>{"car", sim::MotionKind::kCar}};
+
+template <typename List>
+std::vector<std::string> names_of(const List& list) {
+  std::vector<std::string> names;
+  for (const auto& [name, value] : list) names.emplace_back(name);
+  return names;
 }
 
-constexpr std::pair<std::string_view, sim::MovingLevel> kLevels[] = {
-    {"none", sim::MovingLevel::kNone},
-    {"low", sim::MovingLevel::kLow},
-    {"mid", sim::MovingLevel::kMid},
-    {"high", sim::MovingLevel::kHigh}};
-constexpr std::pair<std::string_view, sim::Daylight> kLights[] = {
-    {"day", sim::Daylight::kDay}, {"dim", sim::Daylight::kDim}, {"night", sim::Daylight::kNight}};
-constexpr std::pair<std::string_view, sim::MotionKind> kMotions[] = {
-    {"still", sim::MotionKind::kStill},
-    {"drone", sim::MotionKind::kDrone},
-    {"hand", sim::MotionKind::kHandheld},
-    {"car", sim::MotionKind::kCar}};
+/// The command line lets no other name through.
+template <typename List>
+auto value_of(const List& list, std::string_view name) {
+  const auto found = std::find_if(list.begin(), list.end(),
+                                  [&](const auto& named) { return named.first == name; });
+  PLED_CHECK(found != list.end());
+  return found->second;
+}
 
 /// The option that sets a key of sim::check().
 std::string option_of(std::string_view key) {
@@ -105,6 +116,10 @@ std::string path_refusal(const SimulateRequest& r, sim::SimulationOptions& o) {
 }
 
 }  // namespace
+
+std::vector<std::string> moving_names() { return names_of(kLevels); }
+std::vector<std::string> light_names() { return names_of(kLights); }
+std::vector<std::string> motion_names() { return names_of(kMotions); }
 
 RequestedOptions requested_options(const SimulateRequest& r) {
   const std::optional<sim::SimulationOptions> preset = sim::preset(r.preset);

@@ -10,15 +10,19 @@
 
 namespace pled::apps {
 
+[[nodiscard]] std::vector<std::string> moving_names();
+[[nodiscard]] std::vector<std::string> light_names();
+[[nodiscard]] std::vector<std::string> motion_names();
+
 /// What `pled-vins simulate` was asked for, as it was typed.
 struct SimulateRequest {
   std::string out;
   std::string preset = "demo";
   std::uint64_t seed = 1;
   std::optional<double> duration_s;
-  std::optional<std::string> moving;    ///< none, low, mid or high
-  std::optional<std::string> daylight;  ///< day, dim or night
-  std::optional<std::string> motion;    ///< still, drone, hand or car
+  std::optional<std::string> moving;    ///< one of moving_names()
+  std::optional<std::string> daylight;  ///< one of light_names()
+  std::optional<std::string> motion;    ///< one of motion_names()
   std::optional<double> speed_mps;
   std::string path_file;
   bool second_camera = false;

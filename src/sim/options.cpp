@@ -37,29 +37,21 @@ CameraCalibration camera_beside(const CameraCalibration& beside) noexcept {
 }
 
 void set_daylight(SimulationOptions& options, Daylight daylight) noexcept {
+  // As a sensor's automatic would have it. The parts of a longer exposure stay as close together,
+  // or a blur would be a row of ghosts.
+  const FrameOptions usual;
+  const auto use = [&](double gain, double exposure_s, double noise_grey, int blur_samples) {
+    options.frames.gain = gain;
+    options.frames.exposure_s = exposure_s;
+    options.frames.noise_grey = noise_grey;
+    options.frames.blur_samples = blur_samples;
+  };
   options.daylight = daylight;
-  FrameOptions& f = options.frames;
-  const FrameOptions day;
-  // The parts of a longer exposure stay as close together, or a blur would be a row of ghosts.
   switch (daylight) {
     case Daylight::kDay:
-      f.gain = day.gain;
-      f.exposure_s = day.exposure_s;
-      f.noise_grey = day.noise_grey;
-      f.blur_samples = day.blur_samples;
-      return;
-    case Daylight::kDim:
-      f.gain = 5.0;
-      f.exposure_s = 0.010;
-      f.noise_grey = 2.5;
-      f.blur_samples = 9;
-      return;
-    case Daylight::kNight:
-      f.gain = 14.0;
-      f.exposure_s = 0.020;
-      f.noise_grey = 4.0;
-      f.blur_samples = 19;
-      return;
+      return use(usual.gain, usual.exposure_s, usual.noise_grey, usual.blur_samples);
+    case Daylight::kDim: return use(5.0, 0.010, 2.5, 9);
+    case Daylight::kNight: return use(14.0, 0.020, 4.0, 19);
   }
 }
 
