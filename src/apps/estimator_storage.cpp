@@ -113,7 +113,7 @@ EstimatorParts build_estimator(const limits::SensorClass& sensor, const RigCalib
   PLED_CHECK(storage != nullptr);
   PLED_CHECK(!common.pipeline.has_value());
   common.tracker.emplace(frontend, Camera(rig.cameras[rig.frame_camera]), storage->view(),
-                         rig.frame_camera);
+                         {rig.frame_camera, FeatureKind::kImagePoint});
   common.backend.emplace(backend, rig, solver);
   common.pipeline.emplace(rig, common.imu, *common.tracker, *common.backend, common.health,
                           backend.find_time_shift);

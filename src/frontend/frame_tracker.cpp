@@ -35,14 +35,15 @@ constexpr double kMaxDistanceScale = 3.0;
 }  // namespace
 
 FrameTracker::FrameTracker(const FrontendConfig& config, const Camera& camera,
-                           const FrameTrackerBuffers& buffers, std::uint8_t camera_index) noexcept
+                           const FrameTrackerBuffers& buffers, const TrackerRole& role) noexcept
     : config_(config),
       camera_(camera),
-      camera_index_(camera_index),
+      role_(role),
       buffers_(buffers),
       min_distance_px_(scaled_distance_px(config, camera.calibration().width_px)),
-      follower_(config, camera, buffers.reference_patches),
-      motion_(camera.focal_px(), config.ransac_px) {
+      follower_(config, camera, buffers.reference_patches, role.kind),
+      motion_(camera.focal_px(), config.ransac_px),
+      next_id_(role.kind == FeatureKind::kEventPoint ? kFirstEventPointId : 1) {
   const CameraCalibration& c = camera.calibration();
   PLED_CHECK(check(config).key == nullptr);
   PLED_CHECK(c.width_px > 0 && c.width_px <= buffers.max_width_px);
@@ -55,6 +56,26 @@ FrameTracker::FrameTracker(const FrontendConfig& config, const Camera& camera,
 bool FrameTracker::track(const FrameView& frame, Timestamp t_imu,
                          const std::optional<Eigen::Quaterniond>& R_prev_cur_cam,
                          FrameMeasurement& out) noexcept {
+  if (!follow_into(frame, t_imu, R_prev_cur_cam, out)) return false;
+  find_corners();
+  begin_tracks();
+  write(out);
+  return true;
+}
+
+bool FrameTracker::track(const FrameView& frame, Timestamp t_imu,
+                         const std::optional<Eigen::Quaterniond>& R_prev_cur_cam,
+                         std::span<const Corner> offered, FrameMeasurement& out) noexcept {
+  if (!follow_into(frame, t_imu, R_prev_cur_cam, out)) return false;
+  choose_from(offered);
+  begin_tracks();
+  write(out);
+  return true;
+}
+
+bool FrameTracker::follow_into(const FrameView& frame, Timestamp t_imu,
+                               const std::optional<Eigen::Quaterniond>& R_prev_cur_cam,
+                               FrameMeasurement& out) noexcept {
   out.t = t_imu;
   out.stamp_ns = frame.stamp_ns;
   out.points.clear();
@@ -82,9 +103,6 @@ bool FrameTracker::track(const FrameView& frame, Timestamp t_imu,
   motion_.advance(t_imu, rotation);
   motion_.judge(tracks());
   drop_struck_out();
-  add_corners();
-  motion_.file_bearings(tracks());
-  write(out);
   return true;
 }
 
@@ -133,7 +151,8 @@ void FrameTracker::drop_struck_out() noexcept {
   keep_if([&](std::size_t i) { return !TrackMotion::is_struck_out(tracks_[i]); });
 }
 
-void FrameTracker::add_corners() noexcept {
+void FrameTracker::find_corners() noexcept {
+  corners_.clear();
   const auto wanted = static_cast<std::size_t>(config_.max_points);
   if (num_tracks_ >= wanted) return;
   const ImageView<std::int16_t>& level = pyramids_[current_].levels[0];
@@ -155,6 +174,31 @@ void FrameTracker::add_corners() noexcept {
       static_cast<float>(min_distance_px_), wanted};
   select_corners(response, mask, std::span(occupied).first(num_tracks_), demand,
                  buffers_.corner_cells, corners_);
+}
+
+void FrameTracker::choose_from(std::span<const Corner> offered) noexcept {
+  corners_.clear();
+  const auto wanted = static_cast<std::size_t>(config_.max_points);
+  const double min_square = min_distance_px_ * min_distance_px_;
+  for (const Corner& corner : offered) {
+    if (num_tracks_ + corners_.size() >= wanted) return;
+    const Eigen::Vector2d px(corner.x_px, corner.y_px);
+    if (!camera_.inside(px, kCornerBorderPx)) continue;
+    const auto near_track = [&](const PointTrack& t) {
+      return (t.px - px).squaredNorm() < min_square;
+    };
+    const auto near_corner = [&](const Corner& c) {
+      return (Eigen::Vector2d(c.x_px, c.y_px) - px).squaredNorm() < min_square;
+    };
+    if (std::any_of(tracks_.begin(), tracks_.begin() + static_cast<std::ptrdiff_t>(num_tracks_),
+                    near_track) ||
+        std::any_of(corners_.begin(), corners_.end(), near_corner))
+      continue;
+    PLED_CHECK(corners_.push_back(corner));
+  }
+}
+
+void FrameTracker::begin_tracks() noexcept {
   for (const Corner& corner : corners_) {
     PointTrack track;
     track.px = Eigen::Vector2d(corner.x_px, corner.y_px);
@@ -164,6 +208,7 @@ void FrameTracker::add_corners() noexcept {
     track.id = next_id_++;
     tracks_[num_tracks_++] = track;
   }
+  motion_.file_bearings(tracks());
 }
 
 void FrameTracker::write(FrameMeasurement& out) const noexcept {
@@ -174,7 +219,8 @@ void FrameTracker::write(FrameMeasurement& out) const noexcept {
     const PointTrack& track = tracks_[i];
     PointMeasurement point;
     point.id = track.id;
-    point.camera = camera_index_;
+    point.kind = role_.kind;
+    point.camera = role_.camera_index;
     point.inlier = track.inlier;
     point.track_length = track.length;
     point.raw_px = {track.px.x(), track.px.y()};

@@ -310,7 +310,7 @@ AlignResult PatchAligner::align(const PatchSource& target, int max_steps, double
     if (step == 0) result.start_similarity = correlation();
     const auto [sx, sy, gain] = simd::dot3(projector_[0].data(), projector_[1].data(),
                                            projector_[2].data(), target_.data(), used_);
-    if (!(gain > kMinGain && gain < kMaxGain)) return result;
+    if (!(sign_ * gain > kMinGain && sign_ * gain < kMaxGain)) return result;
     // The target here shows the template moved by `shift`, so the patch lies that much before.
     Eigen::Vector2d shift(static_cast<double>(sx / gain), static_cast<double>(sy / gain));
     const double length = shift.norm();
@@ -339,7 +339,7 @@ void PatchAligner::read_deformation(AlignResult& result) const noexcept {
     b(static_cast<Eigen::Index>(k)) =
         static_cast<double>(simd::dot(columns_[k].data(), target_.data(), used_));
   const Eigen::Matrix<double, 8, 1> p = llt_.solve(b);
-  if (!(p(0) > static_cast<double>(kMinGain))) return;
+  if (!(std::abs(p(0)) > static_cast<double>(kMinGain))) return;
   result.deformation << 1.0 + p(4) / p(0), p(5) / p(0), p(6) / p(0), 1.0 + p(7) / p(0);
 }
 
@@ -359,7 +359,7 @@ float PatchAligner::correlation() const noexcept {
   }();
   const float energy = square - sum * sum / num_pixels_;
   if (!(energy > 0.0F)) return 0.0F;
-  return cross / std::sqrt(energy * template_energy_);
+  return sign_ * cross / std::sqrt(energy * template_energy_);
 }
 
 }  // namespace pled

@@ -34,11 +34,13 @@ constexpr double kMaxScale = 1.6;
 }  // namespace
 
 PointFollower::PointFollower(const FrontendConfig& config, const Camera& camera,
-                             std::span<std::int16_t> reference_memory) noexcept
+                             std::span<std::int16_t> reference_memory,
+                             FeatureKind kind) noexcept
     : config_(config),
       camera_(camera),
       aligner_(config.patch_radius_px),
-      references_(reference_memory) {}
+      references_(reference_memory),
+      retry_inverted_(kind == FeatureKind::kEventPoint) {}
 
 bool PointFollower::begin(const Pyramid& frame, PointTrack& track) noexcept {
   const std::optional<ReferencePatches::Slot> slot = references_.acquire();
@@ -52,14 +54,24 @@ bool PointFollower::begin(const Pyramid& frame, PointTrack& track) noexcept {
 bool PointFollower::follow(const FramePair& frames, PointTrack& track) noexcept {
   const std::optional<Prediction> prediction = predict(frames, track);
   if (!prediction || !camera_.inside(prediction->px)) return false;
-  Eigen::Vector2d px = choose_start(frames, track, *prediction);
-  if (!align_levels(frames, track, *prediction, px)) return false;
-  if (!camera_.inside(px, kBorderPx)) return false;
-  if (!returns(frames, track, *prediction, px)) return false;
+  Eigen::Vector2d px;
+  bool inverted = false;
+  if (!find(frames, track, *prediction, px)) {
+    if (!retry_inverted_) return false;
+    aligner_.set_inverted(true);
+    inverted = find(frames, track, *prediction, px);
+    aligner_.set_inverted(false);
+    if (!inverted) return false;
+  }
 
   const Eigen::Matrix2d A_before = track.A_reference;
   track.A_reference = A_before * prediction->A_prev_cur;
-  align_with_first_view(*frames.current, track, px);
+  if (inverted) {  // the first view has the other polarity
+    references_.store(track.slot, frames.current->levels[0], px);
+    track.A_reference.setIdentity();
+  } else {
+    align_with_first_view(*frames.current, track, px);
+  }
   const std::optional<Eigen::Vector2d> bearing =
       camera_.inside(px, kBorderPx) ? camera_.undistort(px) : std::nullopt;
   if (!bearing) {
@@ -75,6 +87,13 @@ bool PointFollower::follow(const FramePair& frames, PointTrack& track) noexcept 
   track.bearing = *bearing;
   ++track.length;
   return true;
+}
+
+bool PointFollower::find(const FramePair& frames, const PointTrack& track,
+                         const Prediction& prediction, Eigen::Vector2d& px) noexcept {
+  px = choose_start(frames, track, prediction);
+  return align_levels(frames, track, prediction, px) && camera_.inside(px, kBorderPx) &&
+         returns(frames, track, prediction, px);
 }
 
 std::optional<PointFollower::Prediction> PointFollower::predict(

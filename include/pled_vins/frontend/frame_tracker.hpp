@@ -55,17 +55,28 @@ struct FrameTrackerStorage {
   }
 };
 
+/// What a tracker follows, and what its points are called.
+struct TrackerRole {
+  std::uint8_t camera_index = 0;  ///< written to each point
+  FeatureKind kind = FeatureKind::kImagePoint;
+};
+
+/// Ids of event points begin here, so that they differ from those of image points.
+inline constexpr FeatureId kFirstEventPointId = 0x8000'0001U;
+
 /// Follows corners through the frames of one camera: Shi-Tomasi corners, spread over the image;
 /// pyramidal Lucas-Kanade that starts where the gyro's rotation takes each point; a last alignment
 /// with the track's first view against drift; a forward-backward check; and the two-point motion
-/// check. No allocation, no clock, no thread: the same calls give the same bits.
+/// check. With kind kEventPoint the frames are time surfaces: corners are offered by the caller,
+/// and a patch that is lost is looked for once more with polarities exchanged, as it looks after
+/// the motion has reversed. No allocation, no clock, no thread: the same calls give the same bits.
 class FrameTracker {
  public:
   /// @param config  valid: check(config).key == nullptr
   /// @param camera  its width and height are the size of every frame; they fit the buffers
-  /// @param camera_index  written to each point
+  /// @param buffers  those for finding corners may be empty for kEventPoint
   FrameTracker(const FrontendConfig& config, const Camera& camera,
-               const FrameTrackerBuffers& buffers, std::uint8_t camera_index = 0) noexcept;
+               const FrameTrackerBuffers& buffers, const TrackerRole& role = {}) noexcept;
 
   /// Follows all tracks into `frame` and looks for new corners. `out` is written whole: tracks
   /// first, oldest first, then new corners (track_length 1, bearing_rate 0).
@@ -80,6 +91,12 @@ class FrameTracker {
              const std::optional<Eigen::Quaterniond>& R_prev_cur_cam,
              FrameMeasurement& out) noexcept;
 
+  /// The same with new corners from `offered`, best first, instead of Shi-Tomasi's: those that keep
+  /// the minimum distance from the tracks and from each other, as far as there is room.
+  bool track(const FrameView& frame, Timestamp t_imu,
+             const std::optional<Eigen::Quaterniond>& R_prev_cur_cam,
+             std::span<const Corner> offered, FrameMeasurement& out) noexcept;
+
   /// Says that the times given so far were early by `shift`: the last frame is moved with the
   /// clock, and what was compared by the gyro at the wrong times is forgotten. Tracks go on.
   void shift_clock(Duration shift) noexcept;
@@ -90,10 +107,15 @@ class FrameTracker {
   [[nodiscard]] const Camera& camera() const noexcept { return camera_; }
 
  private:
+  [[nodiscard]] bool follow_into(const FrameView& frame, Timestamp t_imu,
+                                 const std::optional<Eigen::Quaterniond>& R_prev_cur_cam,
+                                 FrameMeasurement& out) noexcept;
   void follow_all(const FramePair& frames) noexcept;
   void drop_crowded() noexcept;
   void drop_struck_out() noexcept;
-  void add_corners() noexcept;
+  void find_corners() noexcept;
+  void choose_from(std::span<const Corner> offered) noexcept;
+  void begin_tracks() noexcept;
   void write(FrameMeasurement& out) const noexcept;
   /// Keeps the tracks for which `keep(i)` holds, in order; the others end and count as lost.
   template <typename Keep>
@@ -102,7 +124,7 @@ class FrameTracker {
 
   FrontendConfig config_;
   Camera camera_;
-  std::uint8_t camera_index_;
+  TrackerRole role_;
   FrameTrackerBuffers buffers_;
   double min_distance_px_;
   std::array<Pyramid, 2> pyramids_;
@@ -113,7 +135,7 @@ class FrameTracker {
   std::array<PointTrack, limits::kMaxPoints> tracks_{};
   std::size_t num_tracks_ = 0;
   FixedVector<Corner, limits::kMaxPoints> corners_;
-  FeatureId next_id_ = 1;
+  FeatureId next_id_;
   std::uint32_t lost_ = 0;
   std::optional<Timestamp> t_previous_;
 };

@@ -59,6 +59,9 @@ class PatchAligner {
                                   const PatchSource& target, const Eigen::Vector2d& expected_px,
                                   PatchModel model, float min_texture) noexcept;
 
+  /// From here on the target is expected to show the template's negative: bright where it is dark.
+  void set_inverted(bool inverted) noexcept { sign_ = inverted ? -1.0F : 1.0F; }
+
   /// Moves `position_px` in `target` until the template fits. On failure it is where it stopped.
   /// Converged when a step is below `tolerance_px`.
   [[nodiscard]] AlignResult align(const PatchSource& target, int max_steps, double tolerance_px,
@@ -101,6 +104,7 @@ class PatchAligner {
   PatchModel model_ = PatchModel::kShift;
   float num_pixels_ = 0.0F;
   float template_energy_ = 0.0F;                 ///< sum of squares of the mean-free template
+  float sign_ = 1.0F;                            ///< -1: the target shows the negative
   bool clipped_ = false;                         ///< some pixels do not exist: wide_valid_ counts
   Eigen::LLT<Eigen::Matrix<double, 8, 8>> llt_;  ///< kAffine: normal equations of the template
 

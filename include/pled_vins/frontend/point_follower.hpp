@@ -29,8 +29,10 @@ struct FramePair {
 class PointFollower {
  public:
   /// @param reference_memory  ReferencePatches::kValues, outlives this object
+  /// @param kind  kEventPoint: a lost patch is looked for once more with polarities exchanged
   PointFollower(const FrontendConfig& config, const Camera& camera,
-                std::span<std::int16_t> reference_memory) noexcept;
+                std::span<std::int16_t> reference_memory,
+                FeatureKind kind = FeatureKind::kImagePoint) noexcept;
 
   /// Gives a new track at track.px a first view. False when there is no room.
   [[nodiscard]] bool begin(const Pyramid& frame, PointTrack& track) noexcept;
@@ -49,6 +51,8 @@ class PointFollower {
     Eigen::Matrix2d A_prev_cur;  ///< offsets in the new frame to offsets in the previous one
   };
 
+  [[nodiscard]] bool find(const FramePair& frames, const PointTrack& track,
+                          const Prediction& prediction, Eigen::Vector2d& px) noexcept;
   [[nodiscard]] std::optional<Prediction> predict(const FramePair& frames,
                                                   const PointTrack& track) const noexcept;
   [[nodiscard]] Eigen::Vector2d choose_start(const FramePair& frames, const PointTrack& track,
@@ -63,6 +67,7 @@ class PointFollower {
   Camera camera_;
   PatchAligner aligner_;
   ReferencePatches references_;
+  bool retry_inverted_;
 };
 
 }  // namespace pled

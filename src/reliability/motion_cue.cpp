@@ -1,0 +1,166 @@
+#include "pled_vins/reliability/motion_cue.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+
+#include "pled_vins/core/check.hpp"
+
+namespace pled {
+namespace {
+
+constexpr double kNearest_m = 0.2;
+constexpr double kMaxInverseDepth = 1.0 / kNearest_m;
+constexpr double kLeastZ = 1e-3;
+constexpr int kFitSteps = 4;
+constexpr double kLeastResidual_px = 0.05;
+constexpr double kMostResidual_px = 20.0;
+/// Neighbours whose weights add up to less say nothing.
+constexpr double kLeastWeight = 0.02;
+/// A share of doubt that keeps one distant neighbour from being believed as much as many near ones.
+constexpr double kDoubt = 0.05;
+
+/// One earlier sight of a point: q = a + rho t is its direction there, x where it was seen.
+struct Sight {
+  Eigen::Vector3d a;
+  Eigen::Vector3d t;
+  Eigen::Vector2d x;
+};
+
+/// Inverse depth in [0, kMaxInverseDepth] that brings a + rho t closest to the sights, and the sum
+/// of squares left (bearing units). Each step solves the linear problem with the last step's z.
+double best_inverse_depth(std::span<const Sight> sights, double& squares) noexcept {
+  double rho = 0.0;
+  for (int step = 0; step < kFitSteps; ++step) {
+    double h = 1e-12;
+    double g = 0.0;
+    for (const Sight& s : sights) {
+      const double z = std::max(s.a.z() + rho * s.t.z(), kLeastZ);
+      const Eigen::Vector2d c = (s.t.head<2>() - s.x * s.t.z()) / z;
+      const Eigen::Vector2d r = (s.a.head<2>() - s.x * s.a.z()) / z;
+      h += c.squaredNorm();
+      g -= c.dot(r);
+    }
+    rho = std::clamp(g / h, 0.0, kMaxInverseDepth);
+  }
+  squares = 0.0;
+  for (const Sight& s : sights) {
+    const Eigen::Vector3d q = s.a + rho * s.t;
+    squares += (q.head<2>() / std::max(q.z(), kLeastZ) - s.x).squaredNorm();
+  }
+  return rho;
+}
+
+std::optional<std::size_t> find(std::span<const FeatureId> ids, FeatureId id,
+                                std::size_t hint) noexcept {
+  // Tracks keep their order, so a point stands at its last place or before it.
+  for (std::size_t i = std::min(hint, ids.size()); i < ids.size(); ++i)
+    if (ids[i] == id) return i;
+  for (std::size_t i = 0; i < std::min(hint, ids.size()); ++i)
+    if (ids[i] == id) return i;
+  return std::nullopt;
+}
+
+}  // namespace
+
+MotionCue::MotionCue(const MotionCueConfig& config, const RigCalibration& rig) noexcept
+    : config_(config), rig_(rig) {
+  PLED_CHECK(check(config).key == nullptr);
+}
+
+const MotionCue::PastFrame& MotionCue::past(std::size_t back) const noexcept {
+  return past_[(newest_ + limits::kCueFrames - back) % limits::kCueFrames];
+}
+
+FixedVector<Timestamp, limits::kCueFrames + 1> MotionCue::times(Timestamp t_now) const noexcept {
+  FixedVector<Timestamp, limits::kCueFrames + 1> out;
+  PLED_CHECK(out.push_back(t_now));
+  for (std::size_t back = 0; back < num_past_; ++back) PLED_CHECK(out.push_back(past(back).t));
+  return out;
+}
+
+void MotionCue::reset() noexcept { num_past_ = 0; }
+
+void MotionCue::judge(const FrameMeasurement& frame, std::span<const Pose> T_world_body,
+                      std::span<MotionEvidence> out) noexcept {
+  PLED_CHECK(out.size() >= frame.points.size());
+  for (std::size_t i = 0; i < frame.points.size(); ++i) {
+    out[i] = {};
+    fit_depth(frame.points[i], i, T_world_body, out[i]);
+  }
+  pool(frame, out);
+  keep(frame);
+}
+
+void MotionCue::fit_depth(const PointMeasurement& point, std::size_t index,
+                          std::span<const Pose> T_world_body, MotionEvidence& out) const noexcept {
+  if (T_world_body.size() < 2) return;
+  const CameraCalibration& camera = rig_.cameras[point.camera];
+  const Pose T_world_now = T_world_body[0] * camera.T_body_cam;
+  const Eigen::Vector3d ray(point.bearing_xy[0], point.bearing_xy[1], 1.0);
+  std::array<Sight, limits::kCueFrames> sights;
+  std::size_t n = 0;
+  const std::size_t known = std::min(num_past_, T_world_body.size() - 1);
+  std::size_t hint = index;
+  for (std::size_t back = 0; back < known; ++back) {
+    const PastFrame& frame = past(back);
+    const std::optional<std::size_t> at = find({frame.ids.data(), frame.ids.size()}, point.id, hint);
+    if (!at) break;  // a track has no holes
+    hint = *at;
+    const Pose T_then_now = (T_world_body[back + 1] * camera.T_body_cam).inverse() * T_world_now;
+    const auto& seen = frame.bearings[*at];
+    sights[n++] = {T_then_now.q * ray, T_then_now.p, {seen[0], seen[1]}};
+  }
+  if (n == 0) return;
+  double squares = 0.0;
+  out.inverse_depth_pm = best_inverse_depth(std::span(sights).first(n), squares);
+  out.residual_px =
+      mean_focal_px(camera) * std::sqrt(squares / static_cast<double>(n));
+  out.frames = static_cast<std::uint8_t>(n);
+}
+
+void MotionCue::pool(const FrameMeasurement& frame, std::span<MotionEvidence> out) const noexcept {
+  // Where the points stand in the frame camera's picture, as far as depth is known.
+  std::array<Eigen::Vector2d, limits::kMaxPoints> place;
+  std::array<double, limits::kMaxPoints> belief{};
+  const Pose T_cam_body = rig_.cameras[rig_.frame_camera].T_body_cam.inverse();
+  const std::size_t n = frame.points.size();
+  for (std::size_t i = 0; i < n; ++i) {
+    const PointMeasurement& p = frame.points[i];
+    const Pose T = T_cam_body * rig_.cameras[p.camera].T_body_cam;
+    Eigen::Vector3d q = T.q * Eigen::Vector3d(p.bearing_xy[0], p.bearing_xy[1], 1.0);
+    if (out[i].frames > 0) q += out[i].inverse_depth_pm * T.p;
+    place[i] = q.head<2>() / std::max(q.z(), kLeastZ);
+    if (out[i].frames == 0) continue;
+    const double residual = std::clamp(out[i].residual_px, kLeastResidual_px, kMostResidual_px);
+    belief[i] = std::log(residual / config_.even_px);
+  }
+  const double narrow = 0.5 / (config_.pool_radius * config_.pool_radius);
+  for (std::size_t i = 0; i < n; ++i) {
+    double weights = 0.0;
+    double sum = 0.0;
+    for (std::size_t k = 0; k < n; ++k) {
+      if (out[k].frames == 0) continue;
+      const double w =
+          k == i ? config_.own_weight : std::exp(-narrow * (place[i] - place[k]).squaredNorm());
+      weights += w;
+      sum += w * belief[k];
+    }
+    if (!(weights > kLeastWeight)) continue;
+    out[i].w_static = 1.0 / (1.0 + std::exp(config_.steepness * sum / (weights + kDoubt)));
+  }
+}
+
+void MotionCue::keep(const FrameMeasurement& frame) noexcept {
+  newest_ = (newest_ + 1) % limits::kCueFrames;
+  num_past_ = std::min(num_past_ + 1, limits::kCueFrames);
+  PastFrame& kept = past_[newest_];
+  kept.t = frame.t;
+  kept.ids.clear();
+  for (std::size_t i = 0; i < frame.points.size(); ++i) {
+    PLED_CHECK(kept.ids.push_back(frame.points[i].id));
+    kept.bearings[i] = frame.points[i].bearing_xy;
+  }
+}
+
+}  // namespace pled
