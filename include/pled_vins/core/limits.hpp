@@ -31,6 +31,11 @@ inline constexpr int kMaxPyramidLevels = 4;
 /// Points followed at once, frame and event corners together.
 inline constexpr std::size_t kMaxPoints = 150;
 
+/// B, the time bins of the entropy-recency map. Paper: 8.
+inline constexpr std::size_t kTimeBins = 8;
+/// Pixels that the map keeps on each side beyond the sensor, for events turned out of it.
+inline constexpr int kMapMargin_px = 16;
+
 /// Sliding window: ten keyframes and the newest frame.
 inline constexpr std::size_t kWindowStates = 11;
 
