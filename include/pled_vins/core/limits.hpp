@@ -54,6 +54,15 @@ inline constexpr std::size_t kChunkSlots = 8;
 /// 2-byte word.
 inline constexpr std::size_t kMaxEventsPerChunk = kChunkBytes / 2 * 12;
 
+/// Accepted events kept for the corner scan: 40 ms at 0.2 million a second.
+inline constexpr std::size_t kEventRing = 8192;
+/// Knots of the camera's orientation, 1.024 ms apart: 1 s.
+inline constexpr std::size_t kTurnKnots = 1024;
+/// Slices of constant rotation: 131 ms of 64 us each in the fastest turns.
+inline constexpr std::size_t kMaxTurnSlices = 2048;
+/// Cells of the grid that keeps event corners apart.
+inline constexpr std::size_t kMaxEventCells = 32768;
+
 inline constexpr std::size_t kMaxCameras = 2;
 
 }  // namespace pled::limits
