@@ -36,6 +36,9 @@ inline constexpr std::size_t kTimeBins = 8;
 /// Pixels that the map keeps on each side beyond the sensor, for events turned out of it.
 inline constexpr int kMapMargin_px = 16;
 
+/// Earlier frames that the motion cue looks back on: 0.3 s at 20 Hz.
+inline constexpr std::size_t kCueFrames = 6;
+
 /// Sliding window: ten keyframes and the newest frame.
 inline constexpr std::size_t kWindowStates = 11;
 
@@ -58,6 +61,15 @@ inline constexpr std::size_t kChunkSlots = 8;
 /// Events decoded in one call: a chunk of EVT3 yields at most 12 events for each
 /// 2-byte word.
 inline constexpr std::size_t kMaxEventsPerChunk = kChunkBytes / 2 * 12;
+
+/// Accepted events kept for the corner scan: 40 ms at 0.2 million a second.
+inline constexpr std::size_t kEventRing = 8192;
+/// Knots of the camera's orientation, 1.024 ms apart: 1 s.
+inline constexpr std::size_t kTurnKnots = 1024;
+/// Slices of constant rotation: 131 ms of 64 us each in the fastest turns.
+inline constexpr std::size_t kMaxTurnSlices = 2048;
+/// Cells of the grid that keeps event corners apart.
+inline constexpr std::size_t kMaxEventCells = 32768;
 
 inline constexpr std::size_t kMaxCameras = 2;
 

@@ -31,6 +31,9 @@ class UndistortionTable {
   /// Pixels of the sensor that have no bearing.
   [[nodiscard]] std::size_t invalid_pixels() const noexcept { return invalid_pixels_; }
 
+  /// All bearings, row-major, x and y of each pixel in turn; NaN where there is none.
+  [[nodiscard]] std::span<const float> bearings_xy() const noexcept { return bearings_xy_; }
+
   /// Bearing (x, y) on the plane z = 1 of an integer pixel; nullopt outside the sensor or where the
   /// lens model has none.
   [[nodiscard]] std::optional<Eigen::Vector2f> at(int x_px, int y_px) const noexcept;

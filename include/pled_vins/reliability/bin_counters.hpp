@@ -6,6 +6,7 @@
 #include <span>
 
 #include "pled_vins/core/limits.hpp"
+#include "pled_vins/core/messages.hpp"
 
 namespace pled {
 
@@ -14,13 +15,6 @@ using BinNumber = std::int64_t;
 
 /// c_k of eqs. (2) and (3): events of one pixel in each bin of the window, oldest first.
 using BinCounts = std::array<std::uint8_t, limits::kTimeBins>;
-
-/// Where an event falls once it has been compensated: the nearest pixel of the undistorted picture.
-/// It may lie outside the sensor.
-struct WarpedPixel {
-  std::int16_t x_px = 0;
-  std::int16_t y_px = 0;
-};
 
 /// The counters of one pixel: eight bytes of counts and the low 16 bits of the number of the newest
 /// bin among them. Its content is BinCounters' business; ten bytes without alignment, because a

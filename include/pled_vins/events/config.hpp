@@ -1,0 +1,44 @@
+#pragma once
+
+#include "pled_vins/core/config_issue.hpp"
+
+namespace pled {
+
+/// Tuning of the event front end. Capacities are in core/limits.hpp.
+struct EventConfig {
+  /// kappa: an event of the same polarity as the one before it on its pixel is redundant within
+  /// this. 0 to 1000 ms. ESVIO and PL-EVIO take 10.
+  double redundant_ms = 10.0;
+  /// A pixel that fires faster than this over more than hot_burst events is hot, Hz. Ours.
+  double hot_rate_hz = 1000.0;
+  int hot_burst = 16;  ///< events, 2 to 1000; hot_burst / hot_rate_hz is at most 30 ms
+  /// eta of the time surface, 1 to 500 ms. Paper, eq. (1).
+  double surface_decay_ms = 20.0;
+  double corner_min_distance_px = 10.0;  ///< between event corners, at least 3
+  double corner_max_age_ms = 30.0;       ///< an older event is no candidate. Ours.
+  int corner_max_candidates = 4096;      ///< events looked at in one scan, bounds its time
+};
+
+/// The first broken rule in the words of the file, or key == nullptr.
+[[nodiscard]] constexpr ConfigIssue check(const EventConfig& c) noexcept {
+  if (!(c.redundant_ms >= 0 && c.redundant_ms <= 1000))
+    return {"events.redundant_ms", "must be in [0, 1000]"};
+  if (!(c.hot_rate_hz >= 50 && c.hot_rate_hz <= 1e5))
+    return {"events.hot_rate_hz", "must be in [50, 100000]"};
+  if (!(c.hot_burst >= 2 && c.hot_burst <= 1000))
+    return {"events.hot_burst", "must be in [2, 1000]"};
+  if (!(c.hot_burst <= 0.03 * c.hot_rate_hz))
+    return {"events.hot_burst", "must take at most 30 ms at events.hot_rate_hz"};
+  if (!(c.surface_decay_ms >= 1 && c.surface_decay_ms <= 500))
+    return {"events.surface_decay_ms", "must be in [1, 500]"};
+  if (!(c.corner_min_distance_px >= 3 && c.corner_min_distance_px <= 1000))
+    return {"events.corner_min_distance_px", "must be in [3, 1000]"};
+  if (!(c.corner_max_age_ms > 0 && c.corner_max_age_ms <= 1000))
+    return {"events.corner_max_age_ms", "must be in (0, 1000]"};
+  if (!(c.corner_max_candidates >= 1 && c.corner_max_candidates <= 8192))
+    return {"events.corner_max_candidates", "must be in [1, 8192]"};
+  return {};
+}
+static_assert(check(EventConfig{}).key == nullptr, "defaults must be valid");
+
+}  // namespace pled

@@ -1,0 +1,83 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <optional>
+#include <span>
+
+#include <Eigen/Core>
+
+#include "pled_vins/core/messages.hpp"
+#include "pled_vins/events/turn_history.hpp"
+#include "pled_vins/geometry/camera.hpp"
+#include "pled_vins/geometry/undistortion_table.hpp"
+
+namespace pled {
+
+/// What an event that misses the grid becomes.
+inline constexpr WarpedPixel kOutsideGrid{std::numeric_limits<std::int16_t>::min(),
+                                          std::numeric_limits<std::int16_t>::min()};
+
+/// Inside a slice a carried point may be this far from where exact rotation has it, pixels.
+inline constexpr double kMaxSliceError_px = 0.08;
+
+/// The camera whose pixels compensated events are written to: like `camera`, but a lens without
+/// distortion, and `margin_px` more pixels on each side.
+[[nodiscard]] CameraCalibration rectified(const CameraCalibration& camera,
+                                          int margin_px = 0) noexcept;
+
+/// Carries events to where their edge would be seen at one instant if the camera had only turned:
+/// b' = R b, x' = K b' / z'. Translation is left in, as depth is unknown. Borrows the table.
+class EventWarp {
+ public:
+  EventWarp() = default;
+  /// @param[in] table  bearings of the sensor's pixels; its storage must outlive the object
+  /// @param[in] grid  pinhole without distortion, e.g. rectified(); up to 16384 pixels a side
+  /// @returns false, with the object as it was, when a size does not fit or grid has distortion.
+  [[nodiscard]] bool build(const UndistortionTable& table, const CameraCalibration& grid) noexcept;
+
+  [[nodiscard]] int sensor_width_px() const noexcept { return sensor_width_px_; }
+  [[nodiscard]] int sensor_height_px() const noexcept { return sensor_height_px_; }
+  /// Of the grid.
+  [[nodiscard]] int width_px() const noexcept { return width_px_; }
+  [[nodiscard]] int height_px() const noexcept { return height_px_; }
+  /// What TurnHistory::slices() may be given so that kMaxSliceError_px holds all over the grid (up
+  /// to 45 degrees off the axis).
+  [[nodiscard]] double slice_error_rad() const noexcept { return slice_error_rad_; }
+
+  /// Pixel of the grid for each event, kOutsideGrid for those that miss it, come from no pixel of
+  /// the sensor, from one without bearing, or from a time without slice. `out` holds at least as
+  /// many as `events`. Splitting the events anyhow gives the same pixels.
+  /// Cost: about 20 instructions an event; four at a time.
+  void warp(std::span<const Event> events, const TurnSlices& slices,
+            std::span<WarpedPixel> out) const noexcept;
+
+  /// The same for one pixel of the sensor (inside it) and slice (< slices.count).
+  [[nodiscard]] WarpedPixel warp_pixel(std::size_t pixel_index, const TurnSlices& slices,
+                                       std::size_t slice) const noexcept;
+
+  /// Where the grid has the point that was seen in the raw pixel at t, not rounded; nullopt where
+  /// warp() would say kOutsideGrid.
+  [[nodiscard]] std::optional<Eigen::Vector2f> carry(const Eigen::Vector2f& raw_px, Timestamp t,
+                                                     const TurnSlices& slices) const noexcept;
+
+ private:
+  void warp_slice(std::span<const Event> events, const std::array<float, 9>& R,
+                  std::span<WarpedPixel> out) const noexcept;
+
+  UndistortionTable table_;
+  const float* bearings_xy_ = nullptr;
+  int sensor_width_px_ = 0;
+  int sensor_height_px_ = 0;
+  int width_px_ = 0;
+  int height_px_ = 0;
+  float fx_px_ = 0.0F;
+  float fy_px_ = 0.0F;
+  float cx_px_ = 0.0F;  ///< half a pixel more than the calibration's: truncation then rounds
+  float cy_px_ = 0.0F;
+  double slice_error_rad_ = 0.0;
+};
+
+}  // namespace pled
