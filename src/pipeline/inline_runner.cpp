@@ -120,7 +120,8 @@ bool InlineRunner::play(const FrameView& frame, ResultSink& sink) noexcept {
   }
   end_.last_stamp_ns = std::max(end_.last_stamp_ns.value_or(frame.stamp_ns), frame.stamp_ns);
   feed_imu(pipeline_.frame_time(frame));
-  feed_events(frame.t);
+  pipeline_.expect(frame);
+  feed_events(pipeline_.last_event_time(frame));
   FrameResult result;
   {
     const StageTimer timer(health_, Stage::kFrame);

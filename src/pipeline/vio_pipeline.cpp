@@ -15,14 +15,19 @@ constexpr Duration kSearchAgain = Duration::from_ms(500);
 }  // namespace
 
 VioPipeline::VioPipeline(const RigCalibration& rig, ImuHistory& imu, FrameTracker& tracker,
-                         Backend& backend, Health& health, bool find_time_shift) noexcept
+                         Backend& backend, Health& health, const PipelineOptions& options,
+                         EventStage* events) noexcept
     : rig_(rig),
       imu_(imu),
       tracker_(tracker),
       backend_(backend),
       health_(health),
       frame_shift_(Duration::from_s(rig.cameras[rig.frame_camera].time_shift_s)),
-      find_time_shift_(find_time_shift) {}
+      options_(options),
+      events_(events),
+      cues_(options.motion_cue, rig,
+            options.all_scores || options.score != TemporalScore::kMotion),
+      find_time_shift_(options.find_time_shift) {}
 
 void VioPipeline::on_imu(const ImuSample& sample) noexcept {
   ++health_.imu.in;
@@ -45,10 +50,28 @@ void VioPipeline::on_clock_jump() noexcept {
   has_last_frame_ = false;
   output_.has_pose = false;
   backend_.restart();
+  cues_.reset();
+  if (events_ != nullptr) events_->reset();
+}
+
+Eigen::Vector3d VioPipeline::gyro_bias() const noexcept {
+  if (!output_.has_pose) return still_bias_.gyro_bias_radps();
+  return Eigen::Map<const Eigen::Vector3d>(output_.pose.gyro_bias_radps.data());
+}
+
+void VioPipeline::expect(const FrameView& frame) noexcept {
+  if (events_ != nullptr) events_->expect(frame_time(frame));
+}
+
+Timestamp VioPipeline::last_event_time(const FrameView& frame) const noexcept {
+  return frame_time(frame) - Duration::from_s(rig_.cameras[rig_.event_camera].time_shift_s);
 }
 
 void VioPipeline::on_events(std::span<const Event> events) noexcept {
   health_.events.in += events.size();
+  if (events_ == nullptr) return;
+  events_->follow_turn(imu_, gyro_bias());
+  events_->on_events(events);
 }
 
 Timestamp VioPipeline::frame_time(const FrameView& frame) const noexcept {
@@ -63,31 +86,39 @@ bool VioPipeline::covered_by_imu(Timestamp t) const noexcept {
   return t >= *oldest - slack && t <= *newest + slack;
 }
 
+/// Why a frame cannot be used; kCount when it can.
+Fault VioPipeline::refusal(const FrameView& frame, Timestamp t) const noexcept {
+  const CameraCalibration& camera = rig_.cameras[rig_.frame_camera];
+  if (has_last_frame_ && t <= last_frame_) return Fault::kFrameOutOfOrder;
+  if (options_.use_frames &&
+      (frame.image.width != camera.width_px || frame.image.height != camera.height_px))
+    return Fault::kFrameWrongSize;
+  if (!covered_by_imu(t)) return Fault::kFrameWithoutImu;
+  return Fault::kCount;
+}
+
 bool VioPipeline::on_frame(const FrameView& frame, FrameResult& result) noexcept {
   ++health_.frames.in;
   const Timestamp t = frame_time(frame);
-  const CameraCalibration& camera = rig_.cameras[rig_.frame_camera];
-  Fault refusal = Fault::kCount;
-  if (has_last_frame_ && t <= last_frame_) {
-    refusal = Fault::kFrameOutOfOrder;
-  } else if (frame.image.width != camera.width_px || frame.image.height != camera.height_px) {
-    refusal = Fault::kFrameWrongSize;
-  } else if (!covered_by_imu(t)) {
-    refusal = Fault::kFrameWithoutImu;
-  }
-  if (refusal != Fault::kCount) {
-    health_.count(refusal);
+  const Fault why_not = refusal(frame, t);
+  if (why_not != Fault::kCount) {
+    health_.count(why_not);
     ++health_.frames.dropped;
     return false;
   }
   ++health_.frames.used;
   track(frame, t);
+  weigh(result);
   {
     const StageTimer timer(health_, Stage::kBackend);
     backend_.process(measurement_, imu_, output_);
   }
   health_.set(Fault::kEstimatorReset, output_.pose.reset_counter);
-  result = {&measurement_, &output_, carried_back(output_.pose)};
+  for (std::size_t i = 0; i < result.temporal.size(); ++i)
+    output_.weights[i].w_temporal = result.temporal[i].of(options_.score);
+  result.measurement = &measurement_;
+  result.backend = &output_;
+  result.pose_at_stamp = carried_back(output_.pose);
   const Timestamp before = last_frame_;
   last_frame_ = t;
   if (has_last_frame_) look_for_time_shift(before, t);
@@ -108,6 +139,8 @@ void VioPipeline::look_for_time_shift(Timestamp from, Timestamp to) noexcept {
   frame_shift_ = frame_shift_ + *shift;
   last_frame_ = last_frame_ + *shift;
   tracker_.shift_clock(*shift);
+  if (events_ != nullptr) events_->shift_clock(*shift);
+  cues_.reset();
   backend_.forget_frames();
   time_shift_search_.reset();
   next_search_ = last_frame_ + kTrustClocks;
@@ -130,23 +163,69 @@ PoseEstimate VioPipeline::carried_back(const PoseEstimate& pose) const noexcept 
 
 void VioPipeline::track(const FrameView& frame, Timestamp t) noexcept {
   const StageTimer timer(health_, Stage::kFrontend);
-  std::optional<Eigen::Quaterniond> R_prev_cur_cam;
-  if (has_last_frame_) {
-    const Eigen::Vector3d bias = output_.has_pose
-                                     ? Eigen::Vector3d(Eigen::Map<const Eigen::Vector3d>(
-                                           output_.pose.gyro_bias_radps.data()))
-                                     : still_bias_.gyro_bias_radps();
-    const std::optional<Eigen::Quaterniond> R_prev_cur_body = imu_.rotation(last_frame_, t, bias);
+  std::optional<Eigen::Quaterniond> R_prev_cur_body;
+  if (has_last_frame_) R_prev_cur_body = imu_.rotation(last_frame_, t, gyro_bias());
+  if (options_.use_frames) {
+    std::optional<Eigen::Quaterniond> R_prev_cur_cam;
     if (R_prev_cur_body) {
       const Eigen::Quaterniond& R_body_cam = rig_.cameras[rig_.frame_camera].T_body_cam.q;
       R_prev_cur_cam = R_body_cam.conjugate() * *R_prev_cur_body * R_body_cam;
     }
+    tracker_.track(frame, t, R_prev_cur_cam, measurement_);
+  } else {
+    measurement_ = {};
+    measurement_.t = t;
+    measurement_.stamp_ns = frame.stamp_ns;
   }
-  tracker_.track(frame, t, R_prev_cur_cam, measurement_);
+  if (events_ != nullptr) add_event_points(t, R_prev_cur_body);
   if (has_last_frame_ && !output_.has_pose) {
     still_bias_.observe(imu_, last_frame_, t, measurement_.median_flow_px,
                         measurement_.points.size());
   }
+}
+
+void VioPipeline::add_event_points(
+    Timestamp t, const std::optional<Eigen::Quaterniond>& R_prev_cur_body) noexcept {
+  events_->follow_turn(imu_, gyro_bias());
+  events_->observe(t, measurement_.stamp_ns, R_prev_cur_body, event_points_);
+  for (const PointMeasurement& point : event_points_.points)
+    if (!measurement_.points.push_back(point)) break;  // the settings leave room for all
+  measurement_.lost += event_points_.lost;
+  if (!options_.use_frames) {
+    measurement_.median_flow_px = event_points_.median_flow_px;
+    measurement_.median_parallax_px = event_points_.median_parallax_px;
+  }
+  report_events();
+}
+
+void VioPipeline::report_events() noexcept {
+  const EventStageCounts counts = events_->counts();
+  const SurfaceCounts& surface = counts.surface;
+  health_.set(Fault::kEventShed, counts.shed);
+  health_.set(Fault::kEventHotPixel, surface.hot);
+  health_.set(Fault::kEventStampWild, surface.strange_stamp);
+  health_.set(Fault::kEventWithoutTurn, counts.still_pictures);
+  health_.events.dropped = counts.shed + surface.hot + surface.outside + surface.strange_stamp;
+  health_.events.used = health_.events.in - health_.events.dropped;
+}
+
+std::optional<NavState> VioPipeline::known_state() const noexcept {
+  if (!output_.has_pose || !has_last_frame_) return std::nullopt;
+  const PoseEstimate& pose = output_.pose;
+  NavState x;
+  x.t = pose.t;
+  x.p_wb = Eigen::Map<const Eigen::Vector3d>(pose.p_world_body_m.data());
+  x.q_wb = Eigen::Map<const Eigen::Quaterniond>(pose.q_world_body_xyzw.data());
+  x.v_wb = Eigen::Map<const Eigen::Vector3d>(pose.v_world_body_mps.data());
+  x.bg = Eigen::Map<const Eigen::Vector3d>(pose.gyro_bias_radps.data());
+  x.ba = Eigen::Map<const Eigen::Vector3d>(pose.accel_bias_mps2.data());
+  return x;
+}
+
+/// Before the bundle adjustment, with the state it gave for the last frame.
+void VioPipeline::weigh(FrameResult& result) noexcept {
+  const StageTimer timer(health_, Stage::kScores);
+  result.temporal = cues_.judge(measurement_, imu_, known_state(), events_);
 }
 
 }  // namespace pled

@@ -12,8 +12,11 @@ struct EventConfig {
   /// A pixel that fires faster than this over more than hot_burst events is hot, Hz. Ours.
   double hot_rate_hz = 1000.0;
   int hot_burst = 16;  ///< events, 2 to 1000; hot_burst / hot_rate_hz is at most 30 ms
+  /// More events than this are not looked at, millions a second. Bounds time in a burst. Ours.
+  double max_rate_mevps = 20.0;
   /// eta of the time surface, 1 to 500 ms. Paper, eq. (1).
   double surface_decay_ms = 20.0;
+  int max_points = 30;                   ///< event points followed at once; 0: none
   double corner_min_distance_px = 10.0;  ///< between event corners, at least 3
   double corner_max_age_ms = 30.0;       ///< an older event is no candidate. Ours.
   int corner_max_candidates = 4096;      ///< events looked at in one scan, bounds its time
@@ -29,8 +32,12 @@ struct EventConfig {
     return {"events.hot_burst", "must be in [2, 1000]"};
   if (!(c.hot_burst <= 0.03 * c.hot_rate_hz))
     return {"events.hot_burst", "must take at most 30 ms at events.hot_rate_hz"};
+  if (!(c.max_rate_mevps >= 0.1 && c.max_rate_mevps <= 1000))
+    return {"events.max_rate_mevps", "must be in [0.1, 1000]"};
   if (!(c.surface_decay_ms >= 1 && c.surface_decay_ms <= 500))
     return {"events.surface_decay_ms", "must be in [1, 500]"};
+  if (!(c.max_points == 0 || (c.max_points >= 20 && c.max_points <= 150)))
+    return {"events.max_points", "must be 0 or in [20, 150]"};
   if (!(c.corner_min_distance_px >= 3 && c.corner_min_distance_px <= 1000))
     return {"events.corner_min_distance_px", "must be in [3, 1000]"};
   if (!(c.corner_max_age_ms > 0 && c.corner_max_age_ms <= 1000))

@@ -15,6 +15,10 @@ enum class Fault : std::uint8_t {
   kEventTimeBackwards,
   kEventMalformed,
   kEventGap,
+  kEventStampWild,      ///< far from the stamps before it
+  kEventHotPixel,       ///< from a pixel that fires faster than any scene makes it
+  kEventShed,           ///< beyond the highest rate that is looked at
+  kEventWithoutTurn,    ///< observations whose events nobody could compensate: no gyro
   kFrameWithoutEvents,  ///< played after the event stream had ended
   kImuGap,
   kImuDuplicate,
@@ -42,7 +46,7 @@ struct StreamCounts {
   std::uint64_t dropped = 0;
 };
 
-enum class Stage : std::uint8_t { kRead, kEvents, kFrontend, kBackend, kFrame, kCount };
+enum class Stage : std::uint8_t { kRead, kEvents, kFrontend, kScores, kBackend, kFrame, kCount };
 
 [[nodiscard]] std::string_view to_string(Stage stage) noexcept;
 

@@ -9,8 +9,10 @@
 #include "pled_vins/frontend/frame_tracker.hpp"
 #include "pled_vins/geometry/camera.hpp"
 #include "pled_vins/imu/imu_history.hpp"
+#include "pled_vins/pipeline/event_stage.hpp"
 #include "pled_vins/pipeline/health.hpp"
 #include "pled_vins/pipeline/still_gyro_bias.hpp"
+#include "pled_vins/pipeline/temporal_cues.hpp"
 #include "pled_vins/pipeline/time_shift_search.hpp"
 
 namespace pled {
@@ -22,19 +24,37 @@ struct FrameResult {
   /// The newest pose at the frame's stamp on the IMU's clock: the state at
   /// mid-exposure carried back by the time shift. Meaningless without has_pose.
   PoseEstimate pose_at_stamp;
+  /// One per point of the measurement, in its order.
+  std::span<const TemporalWeights> temporal;
+};
+
+/// How a pipeline works.
+struct PipelineOptions {
+  /// Look for a gross offset of the clocks as long as no start succeeds.
+  bool find_time_shift = true;
+  /// False: frames give only the times of observations; all points come from events.
+  bool use_frames = true;
+  MotionCueConfig motion_cue;
+  TemporalScore score = TemporalScore::kMotion;  ///< which one is given out as w_temporal
+  bool all_scores = false;                       ///< the others too, in FrameResult::temporal
 };
 
 /// The stages joined in order: data goes in at the top, one result a frame comes
 /// out. A plain object without threads; the caller brings data in time order.
 class VioPipeline {
  public:
-  /// Nothing is owned; all outlive the pipeline. `find_time_shift`: look for a gross offset of the
-  /// clocks as long as no start succeeds.
+  /// Nothing is owned; all outlive the pipeline.
+  /// @param events  null: events are counted and not looked at
   VioPipeline(const RigCalibration& rig, ImuHistory& imu, FrameTracker& tracker, Backend& backend,
-              Health& health, bool find_time_shift = true) noexcept;
+              Health& health, const PipelineOptions& options = {},
+              EventStage* events = nullptr) noexcept;
 
   /// One inertial sample, as it arrived. Bad ones are dropped and counted.
   void on_imu(const ImuSample& sample) noexcept;
+  /// Says which frame is next, before its events come.
+  void expect(const FrameView& frame) noexcept;
+  /// Until when the events of a frame reach, on their own clock.
+  [[nodiscard]] Timestamp last_event_time(const FrameView& frame) const noexcept;
   /// Events in time order, up to the next frame.
   void on_events(std::span<const Event> events) noexcept;
   /// One frame; inertial samples up to its time (and one beyond, where there is
@@ -54,7 +74,14 @@ class VioPipeline {
 
  private:
   [[nodiscard]] bool covered_by_imu(Timestamp t) const noexcept;
+  [[nodiscard]] Fault refusal(const FrameView& frame, Timestamp t) const noexcept;
   void track(const FrameView& frame, Timestamp t) noexcept;
+  void add_event_points(Timestamp t,
+                        const std::optional<Eigen::Quaterniond>& R_prev_cur_body) noexcept;
+  void weigh(FrameResult& result) noexcept;
+  void report_events() noexcept;
+  [[nodiscard]] Eigen::Vector3d gyro_bias() const noexcept;
+  [[nodiscard]] std::optional<NavState> known_state() const noexcept;
   void look_for_time_shift(Timestamp from, Timestamp to) noexcept;
   [[nodiscard]] PoseEstimate carried_back(const PoseEstimate& pose) const noexcept;
 
@@ -66,9 +93,13 @@ class VioPipeline {
   Duration frame_shift_;
   StillGyroBias still_bias_;
   TimeShiftSearch time_shift_search_;
+  PipelineOptions options_;
+  EventStage* events_;
+  TemporalCues cues_;
   bool find_time_shift_;  ///< until the first pose
   std::optional<Timestamp> next_search_;
   FrameMeasurement measurement_;
+  FrameMeasurement event_points_;
   BackendOutput output_;
   bool has_last_frame_ = false;
   Timestamp last_frame_;

@@ -1,0 +1,65 @@
+#pragma once
+
+#include <array>
+#include <optional>
+#include <span>
+
+#include <Eigen/Core>
+
+#include "pled_vins/core/limits.hpp"
+#include "pled_vins/core/messages.hpp"
+#include "pled_vins/events/event_warp.hpp"
+#include "pled_vins/events/turn_history.hpp"
+#include "pled_vins/geometry/camera.hpp"
+#include "pled_vins/reliability/anchored_map.hpp"
+#include "pled_vins/reliability/bin_clock.hpp"
+#include "pled_vins/reliability/config.hpp"
+
+namespace pled {
+
+/// Feeds the entropy-recency map with compensated events and reads it where a point is seen.
+class EventScores {
+ public:
+  /// @param warp    to rectified(camera), without margin; outlives this object
+  /// @param camera  of the events
+  EventScores(const ReliabilityConfig& config, const EventWarp& warp,
+              const CameraCalibration& camera, const AnchoredMapBuffers& buffers) noexcept;
+
+  /// Says when the next observation will be (event camera's clock), before its events come.
+  void expect(Timestamp t) noexcept;
+  /// Events in time order. Those whose turning is not known are left out and counted.
+  void on_events(std::span<const Event> events, const TurnHistory& turn) noexcept;
+  /// Closes the window of an observation; read() is of it.
+  void observe(Timestamp t) noexcept;
+
+  /// The score where a bearing of the event camera falls at the time of the last observation.
+  /// nullopt: outside, without events, or not known how the camera turned.
+  [[nodiscard]] std::optional<PixelScore> read(const Eigen::Vector3d& ray_cam,
+                                               const TurnHistory& turn, ScorePooling pooling,
+                                               ScoreForm form) const noexcept;
+
+  void reset() noexcept;
+  /// Events that were not counted because nobody knew how the camera had turned.
+  [[nodiscard]] std::uint64_t without_turn() const noexcept { return without_turn_; }
+  [[nodiscard]] BinCounterLosses losses() const noexcept { return map_.losses(); }
+
+ private:
+  static constexpr std::size_t kRun = 512;
+
+  void add_run(std::span<const Event> run, const TimeBin& bin, const TurnHistory& turn) noexcept;
+  [[nodiscard]] double shift_since_anchor_px(Timestamp t, const TurnHistory& turn) const noexcept;
+
+  const EventWarp& warp_;
+  CameraCalibration camera_;
+  double stretch_;  ///< pixels that the picture's corner moves in a turn of one radian, at most
+  BinClock clock_;
+  AnchoredMap map_;
+  TurnSlices slices_;
+  std::array<WarpedPixel, kRun> warped_{};
+  std::optional<Timestamp> binned_;
+  Timestamp observed_;
+  BinNumber last_bin_ = 0;
+  std::uint64_t without_turn_ = 0;
+};
+
+}  // namespace pled

@@ -1,0 +1,66 @@
+#pragma once
+
+#include <array>
+#include <optional>
+#include <span>
+
+#include "pled_vins/core/limits.hpp"
+#include "pled_vins/core/messages.hpp"
+#include "pled_vins/geometry/camera.hpp"
+#include "pled_vins/imu/imu_history.hpp"
+#include "pled_vins/imu/preintegration.hpp"
+#include "pled_vins/pipeline/event_stage.hpp"
+#include "pled_vins/reliability/motion_cue.hpp"
+
+namespace pled {
+
+/// What tells moving points from those at rest before the bundle adjustment.
+enum class TemporalScore : std::uint8_t {
+  kMotion,  ///< tracks against the camera's motion; ours
+  kPaper,   ///< entropy-recency, to the letter
+  kCount,   ///< bare event count, for comparison
+};
+
+/// w_EV of one point by each score: 1 at rest, 0 moving; kNoEvidence where it cannot say.
+struct TemporalWeights {
+  double motion = kNoEvidence;
+  double paper = kNoEvidence;
+  double count = kNoEvidence;
+
+  [[nodiscard]] double of(TemporalScore score) const noexcept {
+    switch (score) {
+      case TemporalScore::kMotion: return motion;
+      case TemporalScore::kPaper: return paper;
+      case TemporalScore::kCount: return count;
+    }
+    return kNoEvidence;
+  }
+};
+
+/// Temporal reliability of the points of each frame.
+class TemporalCues {
+ public:
+  /// @param read_map  also paper and count, from the event stage's map
+  TemporalCues(const MotionCueConfig& config, const RigCalibration& rig, bool read_map) noexcept;
+
+  /// Weights for the points of `frame`, in its order; valid until the next call.
+  /// @param known   the estimator's newest state before this frame; nullopt: not tracking
+  /// @param events  null without events
+  [[nodiscard]] std::span<const TemporalWeights> judge(const FrameMeasurement& frame,
+                                                       const ImuHistory& imu,
+                                                       const std::optional<NavState>& known,
+                                                       const EventStage* events) noexcept;
+
+  void reset() noexcept { motion_.reset(); }
+
+ private:
+  void read_map(const FrameMeasurement& frame, const EventStage& events) noexcept;
+
+  RigCalibration rig_;
+  bool read_map_;
+  MotionCue motion_;
+  std::array<MotionEvidence, limits::kMaxPoints> evidence_{};
+  std::array<TemporalWeights, limits::kMaxPoints> weights_{};
+};
+
+}  // namespace pled

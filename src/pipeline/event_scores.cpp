@@ -1,0 +1,86 @@
+#include "pled_vins/pipeline/event_scores.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include <Eigen/Geometry>
+
+namespace pled {
+
+EventScores::EventScores(const ReliabilityConfig& config, const EventWarp& warp,
+                         const CameraCalibration& camera,
+                         const AnchoredMapBuffers& buffers) noexcept
+    : warp_(warp),
+      camera_(camera),
+      clock_(Duration{config.bin_us}),
+      map_(config, warp.width_px(), warp.height_px(), buffers) {
+  const double x = std::max(camera.cx_px, camera.width_px - camera.cx_px) / camera.fx_px;
+  const double y = std::max(camera.cy_px, camera.height_px - camera.cy_px) / camera.fy_px;
+  stretch_ = mean_focal_px(camera) * (1.0 + x * x + y * y);
+}
+
+void EventScores::reset() noexcept {
+  map_.reset();
+  clock_ = BinClock(clock_.width());
+  binned_.reset();
+}
+
+void EventScores::expect(Timestamp t) noexcept {
+  (void)clock_.expect_frame(t, binned_.value_or(t - clock_.width()));
+}
+
+void EventScores::on_events(std::span<const Event> events, const TurnHistory& turn) noexcept {
+  while (!events.empty()) {
+    const TimeBin bin = clock_.bin_of(events.front().t);
+    std::size_t n = 0;
+    while (n < std::min(events.size(), kRun) && events[n].t <= bin.end) ++n;
+    add_run(events.first(n), bin, turn);
+    binned_ = events[n - 1].t;
+    events = events.subspan(n);
+  }
+}
+
+void EventScores::add_run(std::span<const Event> run, const TimeBin& bin,
+                          const TurnHistory& turn) noexcept {
+  map_.begin_bin(bin.number, bin.begin, shift_since_anchor_px(bin.begin, turn));
+  for (const AnchorTarget& target : map_.targets()) {
+    if (!turn.slices(target.t_reference, run.front().t, run.back().t, warp_.slice_error_rad(),
+                     slices_)) {
+      without_turn_ += run.size();
+      continue;
+    }
+    const std::span<WarpedPixel> warped = std::span(warped_).first(run.size());
+    warp_.warp(run, slices_, warped);
+    map_.add(target, warped, bin.number);
+  }
+}
+
+/// How far the picture has turned since the map's anchor, where it moved most: a turn by an angle
+/// moves a point at tangent r off the axis by up to f (1 + r^2) times it.
+double EventScores::shift_since_anchor_px(Timestamp t, const TurnHistory& turn) const noexcept {
+  const std::optional<Timestamp> anchor = map_.reference();
+  if (!anchor) return 0.0;
+  const std::optional<Eigen::Quaterniond> R = turn.rotation(*anchor, t);
+  return R ? stretch_ * R->angularDistance(Eigen::Quaterniond::Identity())
+           : std::numeric_limits<double>::quiet_NaN();
+}
+
+void EventScores::observe(Timestamp t) noexcept {
+  observed_ = t;
+  last_bin_ = clock_.on_frame(t);
+}
+
+std::optional<PixelScore> EventScores::read(const Eigen::Vector3d& ray_cam, const TurnHistory& turn,
+                                            ScorePooling pooling, ScoreForm form) const noexcept {
+  const std::optional<Timestamp> anchor = map_.reference();
+  if (!anchor) return std::nullopt;
+  const std::optional<Eigen::Quaterniond> R_anchor_now = turn.rotation(*anchor, observed_);
+  if (!R_anchor_now) return std::nullopt;
+  const Eigen::Vector3d ray = *R_anchor_now * ray_cam;
+  if (!(ray.z() > 0.0)) return std::nullopt;
+  return map_.read(camera_.fx_px * ray.x() / ray.z() + camera_.cx_px,
+                   camera_.fy_px * ray.y() / ray.z() + camera_.cy_px, last_bin_, pooling, form);
+}
+
+}  // namespace pled

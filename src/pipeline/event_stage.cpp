@@ -1,0 +1,112 @@
+#include "pled_vins/pipeline/event_stage.hpp"
+
+#include <algorithm>
+
+#include "pled_vins/core/check.hpp"
+
+namespace pled {
+namespace {
+
+/// A turn that covers any time and changes nothing.
+constexpr int kLongSliceLog2_us = 40;
+
+TurnSlices no_turn(Timestamp t) noexcept {
+  TurnSlices slices;
+  slices.t_ref = t;
+  slices.length_log2_us = kLongSliceLog2_us;
+  slices.begin_us = (t.us >> kLongSliceLog2_us) - 1 << kLongSliceLog2_us;
+  slices.count = 2;
+  for (std::size_t i = 0; i < slices.count; ++i)
+    slices.R_ref_slice[i] = {1, 0, 0, 0, 1, 0, 0, 0, 1};
+  return slices;
+}
+
+EventWarp make_warp(const Camera& camera, std::span<float> bearings,
+                    UndistortionTable& table) noexcept {
+  EventWarp warp;
+  PLED_CHECK(table.build(camera, bearings));
+  PLED_CHECK(warp.build(table, rectified(camera.calibration())));
+  return warp;
+}
+
+}  // namespace
+
+EventStage::EventStage(const EventStageConfig& config, const RigCalibration& rig,
+                       const EventStageBuffers& buffers) noexcept
+    : config_(config),
+      camera_(rig.cameras[rig.event_camera]),
+      R_body_cam_(rig.cameras[rig.event_camera].T_body_cam.q),
+      shift_(Duration::from_s(rig.cameras[rig.event_camera].time_shift_s)),
+      warp_(make_warp(camera_, buffers.bearings, table_)),
+      limit_(config.events.max_rate_mevps),
+      points_(config.events, config.tracking, camera_, rig.event_camera, warp_, buffers.points),
+      scores_(config.reliability, warp_, camera_.calibration(), buffers.map) {}
+
+void EventStage::follow_turn(const ImuHistory& imu,
+                             const Eigen::Vector3d& gyro_bias_radps) noexcept {
+  // Turning is kept on the events' clock, where it is used.
+  std::size_t first = imu.size();
+  while (first > 0 && imu[first - 1].t > turned_until_) --first;
+  for (std::size_t i = first; i < imu.size(); ++i) {
+    ImuSample sample = imu[i];
+    turned_until_ = sample.t;
+    sample.t = sample.t - shift_;
+    (void)turn_.extend({&sample, 1}, gyro_bias_radps, R_body_cam_);
+  }
+}
+
+void EventStage::expect(Timestamp t) noexcept {
+  if (config_.keep_map) scores_.expect(t - shift_);
+}
+
+void EventStage::on_events(std::span<const Event> events) noexcept {
+  limit_.pass(events, [this](std::span<const Event> run) {
+    points_.on_events(run);
+    if (config_.keep_map) scores_.on_events(run, turn_);
+  });
+}
+
+void EventStage::take_slices(Timestamp t_event) noexcept {
+  const std::optional<Timestamp> oldest = turn_.oldest();
+  const std::optional<Timestamp> newest = turn_.newest();
+  if (oldest && newest && *oldest < t_event) {
+    // The gyro may end a little before the frame; what is older than it knows is not drawn.
+    const Timestamp to = std::min(t_event, *newest);
+    const Timestamp from = std::max(t_event - points_.horizon(), *oldest);
+    if (t_event - to <= Duration{TurnHistory::kMaxStep_us} && from <= to &&
+        turn_.slices(to, from, to, warp_.slice_error_rad(), slices_))
+      return;
+  }
+  ++still_pictures_;
+  slices_ = no_turn(t_event);
+}
+
+void EventStage::observe(Timestamp t, std::int64_t stamp_ns,
+                         const std::optional<Eigen::Quaterniond>& R_prev_cur_body,
+                         FrameMeasurement& out) noexcept {
+  const Timestamp t_event = t - shift_;
+  take_slices(t_event);
+  std::optional<Eigen::Quaterniond> R_prev_cur_cam;
+  if (R_prev_cur_body) R_prev_cur_cam = R_body_cam_.conjugate() * *R_prev_cur_body * R_body_cam_;
+  points_.observe(slices_, t, stamp_ns, R_prev_cur_cam, out);
+  if (config_.keep_map) scores_.observe(t_event);
+}
+
+std::optional<PixelScore> EventStage::score(const Eigen::Vector3d& ray_cam, ScorePooling pooling,
+                                            ScoreForm form) const noexcept {
+  if (!config_.keep_map) return std::nullopt;
+  return scores_.read(ray_cam, turn_, pooling, form);
+}
+
+void EventStage::reset() noexcept {
+  turn_.clear();
+  turned_until_ = Timestamp{INT64_MIN};
+  points_.reset();
+  scores_.reset();
+}
+
+EventStageCounts EventStage::counts() const noexcept {
+  return {points_.counts(), limit_.shed(), scores_.without_turn(), still_pictures_};
+}
+
+}  // namespace pled
