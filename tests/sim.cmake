@@ -1,4 +1,4 @@
-pled_add_tests(test_sim
+pled_add_tests(test_sim TIMEOUT 1500
   SOURCES
     unit/sim/options_test.cpp
     unit/sim/evt3_encoder_test.cpp
