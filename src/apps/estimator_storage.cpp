@@ -14,6 +14,7 @@ namespace {
 template <int Width, int Height>
 struct SensorStorage {
   FrameTrackerStorage<Width, Height> tracker;
+  EventStageStorage<Width, Height> events;
 };
 
 #define PLED_SENSOR_STORAGE(sensor, member) \
@@ -41,6 +42,7 @@ struct CommonStorage {
   Health health;
   std::optional<FrameTracker> tracker;
   std::optional<Backend> backend;
+  std::optional<EventStage> events;
   std::optional<VioPipeline> pipeline;
   std::optional<InlineRunner> runner;
 };
@@ -48,8 +50,9 @@ struct CommonStorage {
 CommonStorage common;
 
 template <typename Storage>
-constexpr std::array<BufferInfo, 10> table_of() {
+constexpr std::array<BufferInfo, 17> table_of() {
   using Tracker = decltype(Storage::tracker);
+  using Events = decltype(Storage::events);
   return {{
       {"tracker.pyramids", sizeof(Tracker::pyramids)},
       {"tracker.corner_response", sizeof(Tracker::response) + sizeof(Tracker::corner_rows) +
@@ -57,6 +60,13 @@ constexpr std::array<BufferInfo, 10> table_of() {
       {"tracker.mask", sizeof(Tracker::mask)},
       {"tracker.reference_patches", sizeof(Tracker::reference_patches)},
       {"tracker.tracks", sizeof(std::optional<FrameTracker>)},
+      {"events.bearings", sizeof(Events::bearings)},
+      {"events.surface", sizeof(Events::pixels)},
+      {"events.picture", sizeof(Events::surface) + sizeof(Events::keys) + sizeof(Events::row)},
+      {"events.pyramids", sizeof(Events::pyramids)},
+      {"events.reference_patches", sizeof(Events::reference_patches)},
+      {"events.map", sizeof(Events::map)},
+      {"events.stage", sizeof(std::optional<EventStage>)},
       {"imu.history", sizeof(ImuHistory)},
       {"backend.window", sizeof(std::optional<Backend>)},
       {"pipeline.messages", sizeof(std::optional<VioPipeline>)},
@@ -68,33 +78,44 @@ constexpr std::array<BufferInfo, 10> table_of() {
 /// Where the memory of one class lies, if this build has it.
 struct ClassStorage {
   const limits::SensorClass* sensor;
-  FrameTrackerBuffers (*view)();
+  FrameTrackerBuffers (*tracker)();
+  EventStageBuffers (*events)();
   std::span<const BufferInfo> table;
 };
 
 template <auto& storage>
-FrameTrackerBuffers view_of() {
+FrameTrackerBuffers tracker_of() {
   return storage.tracker.view();
+}
+
+template <auto& storage>
+EventStageBuffers events_of() {
+  return storage.events.view();
 }
 
 template <auto& storage>
 constexpr auto kTable = table_of<std::remove_reference_t<decltype(storage)>>();
 
+template <auto& storage>
+constexpr ClassStorage class_storage(const limits::SensorClass& sensor) {
+  return {&sensor, tracker_of<storage>, events_of<storage>, kTable<storage>};
+}
+
 constexpr std::array kClassStorage = {
 #if defined(PLED_SENSOR_DAVIS240) || defined(PLED_SENSOR_ALL)
-    ClassStorage{&limits::kDavis240, view_of<storage_davis240>, kTable<storage_davis240>},
+    class_storage<storage_davis240>(limits::kDavis240),
 #endif
 #if defined(PLED_SENSOR_DAVIS346) || defined(PLED_SENSOR_ALL)
-    ClassStorage{&limits::kDavis346, view_of<storage_davis346>, kTable<storage_davis346>},
+    class_storage<storage_davis346>(limits::kDavis346),
 #endif
 #if defined(PLED_SENSOR_VGA) || defined(PLED_SENSOR_ALL)
-    ClassStorage{&limits::kVga, view_of<storage_vga>, kTable<storage_vga>},
+    class_storage<storage_vga>(limits::kVga),
 #endif
 #if defined(PLED_SENSOR_WVGA) || defined(PLED_SENSOR_ALL)
-    ClassStorage{&limits::kWvga, view_of<storage_wvga>, kTable<storage_wvga>},
+    class_storage<storage_wvga>(limits::kWvga),
 #endif
 #if defined(PLED_SENSOR_HD) || defined(PLED_SENSOR_ALL)
-    ClassStorage{&limits::kHd, view_of<storage_hd>, kTable<storage_hd>},
+    class_storage<storage_hd>(limits::kHd),
 #endif
 };
 
@@ -107,19 +128,22 @@ const ClassStorage* find(const limits::SensorClass& sensor) noexcept {
 }  // namespace
 
 EstimatorParts build_estimator(const limits::SensorClass& sensor, const RigCalibration& rig,
-                               const FrontendConfig& frontend, const BackendConfig& backend,
-                               WindowSolver& solver) {
+                               const EstimatorSettings& settings, WindowSolver& solver) {
   const ClassStorage* storage = find(sensor);
   PLED_CHECK(storage != nullptr);
   PLED_CHECK(!common.pipeline.has_value());
-  common.tracker.emplace(frontend, Camera(rig.cameras[rig.frame_camera]), storage->view(),
-                         {rig.frame_camera, FeatureKind::kImagePoint});
-  common.backend.emplace(backend, rig, solver);
+  common.tracker.emplace(settings.frontend, Camera(rig.cameras[rig.frame_camera]),
+                         storage->tracker(),
+                         TrackerRole{rig.frame_camera, FeatureKind::kImagePoint});
+  if (settings.events) common.events.emplace(*settings.events, rig, storage->events());
+  common.backend.emplace(settings.backend, rig, solver);
   common.pipeline.emplace(rig, common.imu, *common.tracker, *common.backend, common.health,
-                          backend.find_time_shift);
+                          settings.pipeline, common.events ? &*common.events : nullptr);
   common.runner.emplace(*common.pipeline, common.health);
-  return {&common.imu,      &common.health,    &*common.tracker,
-          &*common.backend, &*common.pipeline, &*common.runner};
+  return {&common.imu,       &common.health,
+          &*common.tracker,  common.events ? &*common.events : nullptr,
+          &*common.backend,  &*common.pipeline,
+          &*common.runner};
 }
 
 const limits::SensorClass* smallest_class(int width_px, int height_px) noexcept {

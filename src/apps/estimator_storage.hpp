@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <optional>
 #include <span>
 #include <string_view>
 
@@ -8,6 +9,7 @@
 #include "pled_vins/core/limits.hpp"
 #include "pled_vins/frontend/frame_tracker.hpp"
 #include "pled_vins/imu/imu_history.hpp"
+#include "pled_vins/pipeline/event_stage.hpp"
 #include "pled_vins/pipeline/health.hpp"
 #include "pled_vins/pipeline/inline_runner.hpp"
 #include "pled_vins/pipeline/vio_pipeline.hpp"
@@ -25,17 +27,26 @@ struct EstimatorParts {
   ImuHistory* imu = nullptr;
   Health* health = nullptr;
   FrameTracker* tracker = nullptr;
+  EventStage* events = nullptr;  ///< null: events are not looked at
   Backend* backend = nullptr;
   VioPipeline* pipeline = nullptr;
   InlineRunner* runner = nullptr;
+};
+
+/// How the stages work.
+struct EstimatorSettings {
+  FrontendConfig frontend;
+  BackendConfig backend;
+  std::optional<EventStageConfig> events;  ///< nullopt: events are only counted
+  PipelineOptions pipeline;
 };
 
 /// Builds the estimator in the static memory of `sensor`, which must have some in
 /// this build. Once a process: the memory is one.
 [[nodiscard]] EstimatorParts build_estimator(const limits::SensorClass& sensor,
                                              const RigCalibration& rig,
-                                             const FrontendConfig& frontend,
-                                             const BackendConfig& backend, WindowSolver& solver);
+                                             const EstimatorSettings& settings,
+                                             WindowSolver& solver);
 
 /// The smallest class that holds a sensor of this size; null when none does.
 [[nodiscard]] const limits::SensorClass* smallest_class(int width_px, int height_px) noexcept;

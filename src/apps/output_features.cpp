@@ -4,18 +4,15 @@
 #include "src/apps/text_row.hpp"
 
 namespace pled::apps {
-namespace {
 
-constexpr std::string_view kind_name(FeatureKind kind) noexcept {
+std::string_view kind_name(FeatureKind kind) noexcept {
   switch (kind) {
     case FeatureKind::kImagePoint: return "image_point";
     case FeatureKind::kEventPoint: return "event_point";
     case FeatureKind::kLine: return "line";
   }
-  return "image_point";
+  PLED_CHECK(false);
 }
-
-}  // namespace
 
 bool FeaturesWriter::open(const std::filesystem::path& folder) {
   return file_.open(folder / kFileName) && file_.write(kHeader);

@@ -9,6 +9,9 @@
 
 namespace pled::apps {
 
+/// As features.csv and `score` call it.
+[[nodiscard]] std::string_view kind_name(FeatureKind kind) noexcept;
+
 /// features.csv: one row for each feature of each processed frame, with how far it
 /// was believed right after that frame's solve. Raw pixels; a cue without evidence
 /// (NaN) is an empty field; points leave u1_px and v1_px empty.

@@ -6,6 +6,7 @@
 #include "pled_vins/report/report.hpp"
 #include "src/apps/commands.hpp"
 #include "src/apps/replay_session.hpp"
+#include "src/apps/score_option.hpp"
 #include "src/apps/text.hpp"
 
 namespace pled::apps {
@@ -34,30 +35,41 @@ class ReplayCommand final : public Command {
   std::string_view examples() const noexcept override {
     return "  pled-vins replay recording --out results\n"
            "  pled-vins replay mav0 --out results --config my.yaml --force\n"
-           "  pled-vins replay recording --out results --start 2.5 --duration 10";
+           "  pled-vins replay recording --out results --start 2.5 --duration 10\n"
+           "  pled-vins replay recording --out results --no-frames";
   }
 
   void declare(CLI::App& app) override {
-    app.add_option("RECORDING", options_.recording,
+    app.add_option("RECORDING", options_.play.recording,
                    "Folder in the RPG DAVIS layout, or a EuRoC mav0 folder")
         ->required();
     app.add_option("--out", options_.out,
                    "Folder for trajectory.tum, features.csv, report.json, config.yaml, report.html")
         ->required();
     app.add_flag("--force", options_.force, "Overwrite results that are there");
-    app.add_option("--config", options_.config, "Settings file (YAML); default: built-in settings");
-    app.add_option("--start", options_.start_s, "Begin this many seconds after the first frame")
+    app.add_option("--config", options_.play.config, "Settings file (YAML); default: built-in settings");
+    app.add_option("--start", options_.play.start_s, "Begin this many seconds after the first frame")
         ->type_name("S")
         ->check(seconds(true))
         ->default_val(0.0);
-    app.add_option("--duration", options_.duration_s,
+    app.add_option("--duration", options_.play.duration_s,
                    "Play at most this many seconds; default: all")
         ->type_name("S")
         ->check(seconds(false));
+    app.add_flag_callback(
+        "--no-frames", [this] { options_.play.use_frames = false; },
+        "See by events alone; frames give only the times (20 Hz without any)");
+    app.add_flag_callback(
+        "--no-events", [this] { options_.play.use_events = false; }, "See by frames alone");
+    add_score_option(app, options_.play.score);
     app.add_flag("--no-report", no_report_, "Do not make report.html");
   }
 
   ExitCode run() override {
+    if (!options_.play.use_frames && !options_.play.use_events) {
+      print_error("--no-frames and --no-events together leave nothing to see by");
+      return ExitCode::kMisused;
+    }
     if (!run_replay(options_)) return ExitCode::kFailed;
     if (!no_report_) make_page();
     return ExitCode::kDone;

@@ -1,17 +1,15 @@
 #pragma once
 
-#include <optional>
 #include <string>
+
+#include "src/apps/opened_recording.hpp"
 
 namespace pled::apps {
 
 struct ReplayOptions {
-  std::string recording;
+  PlayOptions play;
   std::string out;
-  std::string config;  ///< empty: built-in settings
   bool force = false;
-  double start_s = 0.0;
-  std::optional<double> duration_s;
 };
 
 /// Replays a recording into the output folder. Prints a summary to stdout and what

@@ -93,7 +93,7 @@ ReplayReport make_report(const ReplayFacts& facts, const ReplayOutput& output) {
   const Health& health = *facts.parts.health;
   ReplayReport report;
   report.version = version();
-  report.recording = facts.options.recording;
+  report.recording = facts.options.play.recording;
   if (facts.end.first_stamp_ns && facts.end.last_stamp_ns) {
     report.duration_s =
         static_cast<double>(*facts.end.last_stamp_ns - *facts.end.first_stamp_ns) * 1e-9;

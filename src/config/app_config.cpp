@@ -66,9 +66,21 @@ class ConfigReader {
       document_.check_range(value, **whole, key, range);
     } else if (auto* const* flag = std::get_if<bool*>(&field)) {
       **flag = document_.flag(value, key);
+    } else if (auto* const* score = std::get_if<TemporalScore*>(&field)) {
+      read_score(value, key, **score);
     } else {
       *std::get<std::string*>(field) = document_.text(value, key);
     }
+  }
+
+  void read_score(const YAML::Node& value, const std::string& key, TemporalScore& score) const {
+    const std::string name = document_.text(value, key);
+    for (const auto& [known, word] : kTemporalScoreNames) {
+      if (name != word) continue;
+      score = known;
+      return;
+    }
+    document_.fail(value, key, "must be motion, paper or count, not '" + name + "'");
   }
 
   [[noreturn]] void fail_unknown(const std::string& key, const YAML::Node& name) const {
@@ -85,7 +97,9 @@ class ConfigReader {
 
   /// Rules between values, which the struct's own check() knows.
   void check_rules() const {
-    for (const ConfigIssue issue : {check(config_.frontend), check(config_.backend)}) {
+    for (const ConfigIssue issue :
+         {check(config_.frontend), check(config_.events), check(config_.reliability),
+          check(config_.motion_cue), check(config_.backend), room_for_points()}) {
       if (issue.key == nullptr) continue;
       const auto line = lines_.find(issue.key);
       throw yaml::Failure{
@@ -96,6 +110,14 @@ class ConfigReader {
           std::pair{"sensors.frame_camera", &config_.sensors.frame_camera}})
       if (value->empty())
         throw yaml::Failure{{document_.name(), lines_.at(key), key, "must name a camera"}};
+  }
+
+  /// Image and event points share one pool.
+  [[nodiscard]] ConfigIssue room_for_points() const {
+    if (config_.frontend.max_points + config_.events.max_points <=
+        static_cast<int>(limits::kMaxPoints))
+      return {};
+    return {"events.max_points", "and frontend.max_points must not be more than 150 together"};
   }
 
   const yaml::Document& document_;

@@ -9,7 +9,7 @@ namespace pled {
 namespace {
 
 FrontendConfig surface_tracking(const EventConfig& config, FrontendConfig tracking) noexcept {
-  tracking.max_points = config.max_points;
+  if (config.max_points > 0) tracking.max_points = config.max_points;  // else never asked
   tracking.min_distance_px = config.corner_min_distance_px;
   return tracking;
 }

@@ -14,7 +14,7 @@ TurnSlices no_turn(Timestamp t) noexcept {
   TurnSlices slices;
   slices.t_ref = t;
   slices.length_log2_us = kLongSliceLog2_us;
-  slices.begin_us = (t.us >> kLongSliceLog2_us) - 1 << kLongSliceLog2_us;
+  slices.begin_us = ((t.us >> kLongSliceLog2_us) - 1) << kLongSliceLog2_us;
   slices.count = 2;
   for (std::size_t i = 0; i < slices.count; ++i)
     slices.R_ref_slice[i] = {1, 0, 0, 0, 1, 0, 0, 0, 1};
@@ -61,7 +61,7 @@ void EventStage::expect(Timestamp t) noexcept {
 
 void EventStage::on_events(std::span<const Event> events) noexcept {
   limit_.pass(events, [this](std::span<const Event> run) {
-    points_.on_events(run);
+    if (config_.events.max_points > 0) points_.on_events(run);
     if (config_.keep_map) scores_.on_events(run, turn_);
   });
 }
@@ -88,7 +88,11 @@ void EventStage::observe(Timestamp t, std::int64_t stamp_ns,
   take_slices(t_event);
   std::optional<Eigen::Quaterniond> R_prev_cur_cam;
   if (R_prev_cur_body) R_prev_cur_cam = R_body_cam_.conjugate() * *R_prev_cur_body * R_body_cam_;
-  points_.observe(slices_, t, stamp_ns, R_prev_cur_cam, out);
+  if (config_.events.max_points > 0) {
+    points_.observe(slices_, t, stamp_ns, R_prev_cur_cam, out);
+  } else {
+    out = {};
+  }
   if (config_.keep_map) scores_.observe(t_event);
 }
 

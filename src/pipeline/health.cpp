@@ -19,6 +19,10 @@ std::string_view to_string(Fault fault) noexcept {
     case Fault::kEventTimeBackwards: return "event_time_backwards";
     case Fault::kEventMalformed: return "event_malformed";
     case Fault::kEventGap: return "event_gap";
+    case Fault::kEventStampWild: return "event_stamp_wild";
+    case Fault::kEventHotPixel: return "event_hot_pixel";
+    case Fault::kEventShed: return "event_shed";
+    case Fault::kEventWithoutTurn: return "event_without_turn";
     case Fault::kImuGap: return "imu_gap";
     case Fault::kImuDuplicate: return "imu_duplicate";
     case Fault::kImuBackwards: return "imu_backwards";
@@ -45,6 +49,7 @@ std::string_view to_string(Stage stage) noexcept {
     case Stage::kRead: return "read";
     case Stage::kEvents: return "events";
     case Stage::kFrontend: return "frontend";
+    case Stage::kScores: return "scores";
     case Stage::kBackend: return "backend";
     case Stage::kFrame: return "frame";
     case Stage::kCount: break;

@@ -42,7 +42,7 @@ constexpr std::array kFolderRules{
     FolderRule{"drivers/*", "core hal drivers/decode"},
     FolderRule{"firmware_bridge", "core hal"},
     FolderRule{"pipeline", "core hal geometry imu events reliability frontend backend"},
-    FolderRule{"config", "core geometry imu frontend backend pipeline"},
+    FolderRule{"config", "core geometry imu events reliability frontend backend pipeline"},
     FolderRule{"evaluation", "core geometry"},
     FolderRule{"report", "core hal geometry evaluation drivers/decode drivers/replay"},
     FolderRule{"sim", "core hal geometry imu"},

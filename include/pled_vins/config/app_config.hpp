@@ -7,7 +7,10 @@
 
 #include "pled_vins/backend/config.hpp"
 #include "pled_vins/config/config_error.hpp"
+#include "pled_vins/events/config.hpp"
 #include "pled_vins/frontend/config.hpp"
+#include "pled_vins/reliability/config.hpp"
+#include "pled_vins/reliability/motion_config.hpp"
 
 namespace pled {
 
@@ -27,6 +30,9 @@ struct CalibrationPaths {
 /// Everything that a settings file may say.
 struct AppConfig {
   FrontendConfig frontend;
+  EventConfig events;
+  ReliabilityConfig reliability;
+  MotionCueConfig motion_cue;
   BackendConfig backend;
   SensorsConfig sensors;
   CalibrationPaths calibration;

@@ -1,8 +1,10 @@
 #pragma once
 
+#include <array>
 #include <span>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <variant>
 
 #include "pled_vins/config/app_config.hpp"
@@ -10,7 +12,20 @@
 namespace pled {
 
 /// Where one setting lives; the alternative is its type.
-using ConfigField = std::variant<double*, int*, bool*, std::string*>;
+using ConfigField = std::variant<double*, int*, bool*, std::string*, TemporalScore*>;
+
+/// How a settings file and the command line call them.
+inline constexpr std::array kTemporalScoreNames{
+    std::pair{TemporalScore::kMotion, std::string_view("motion")},
+    std::pair{TemporalScore::kPaper, std::string_view("paper")},
+    std::pair{TemporalScore::kCount, std::string_view("count")},
+};
+
+[[nodiscard]] constexpr std::string_view name_of(TemporalScore score) noexcept {
+  for (const auto& [known, name] : kTemporalScoreNames)
+    if (known == score) return name;
+  return {};
+}
 
 /// One setting that a file may hold. Type and default follow from `field`.
 struct ConfigKey {

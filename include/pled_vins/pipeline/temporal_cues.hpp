@@ -10,16 +10,10 @@
 #include "pled_vins/imu/imu_history.hpp"
 #include "pled_vins/imu/preintegration.hpp"
 #include "pled_vins/pipeline/event_stage.hpp"
+#include "pled_vins/reliability/config.hpp"
 #include "pled_vins/reliability/motion_cue.hpp"
 
 namespace pled {
-
-/// What tells moving points from those at rest before the bundle adjustment.
-enum class TemporalScore : std::uint8_t {
-  kMotion,  ///< tracks against the camera's motion; ours
-  kPaper,   ///< entropy-recency, to the letter
-  kCount,   ///< bare event count, for comparison
-};
 
 /// w_EV of one point by each score: 1 at rest, 0 moving; kNoEvidence where it cannot say.
 struct TemporalWeights {

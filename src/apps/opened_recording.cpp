@@ -1,0 +1,185 @@
+#include "src/apps/opened_recording.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cstdio>
+#include <utility>
+#include <variant>
+#include <vector>
+
+#include "drivers/replay/stamp_source.hpp"
+#include "pled_vins/config/calibration.hpp"
+#include "src/apps/problems.hpp"
+#include "src/apps/recording_clocks.hpp"
+#include "src/apps/recording_sizes.hpp"
+#include "src/apps/settings.hpp"
+#include "src/apps/text.hpp"
+
+namespace pled::apps {
+namespace {
+
+/// Of observations where a recording has no frames to time them by.
+constexpr double kObservationRate_hz = 20.0;
+
+std::optional<RigCalibration> calibration(const std::string& recording, const AppConfig& config) {
+  auto loaded = load_calibration(recording, config);
+  if (const auto* error = std::get_if<ConfigError>(&loaded)) {
+    print_error(error->message());
+    return std::nullopt;
+  }
+  const auto& calibration = std::get<LoadedCalibration>(loaded);
+  for (const std::string& note : calibration.notes) print_note(note);
+  return calibration.rig;
+}
+
+/// Times of the observations: the frames' stamps, else regular ones while there are inertial data.
+std::vector<std::int64_t> observation_times_ns(const replay::Recording& recording,
+                                               replay::Problems& problems) {
+  std::vector<std::int64_t> stamps_ns = recording.frame_stamps_ns();
+  if (!stamps_ns.empty()) return stamps_ns;
+  auto imu = recording.open_imu(problems);
+  if (!imu.ok()) return {};
+  std::optional<Timestamp> first;
+  Timestamp last;
+  for (;;) {
+    const Result<ImuSample> sample = imu.value()->read(Duration{});
+    if (!sample.ok() && sample.error().code == ErrorCode::kBadNumber) continue;
+    if (!sample.ok()) break;
+    if (!first) first = last = sample.value().t;
+    last = std::max(last, sample.value().t);
+  }
+  if (!first) return {};
+  return replay::StampSource::regular(first->us * 1000, last.us * 1000, kObservationRate_hz);
+}
+
+std::optional<Streams> open_streams(const replay::Recording& recording, const PlayOptions& options,
+                                    const std::vector<std::int64_t>& stamps_ns,
+                                    replay::Problems& problems) {
+  Streams streams;
+  if (options.use_frames) {
+    auto frames = recording.open_frames(limits::kFrameSlots, problems);
+    if (!frames.ok()) return std::nullopt;
+    streams.frame_file = frames.value().get();
+    streams.frames = std::move(frames).value();
+  } else {
+    streams.frames = std::make_unique<replay::StampSource>(stamps_ns);
+  }
+  auto imu = recording.open_imu(problems);
+  if (!imu.ok()) return std::nullopt;
+  streams.imu = std::move(imu).value();
+  if (options.use_events && recording.has(replay::Stream::kEvents)) {
+    auto events = recording.open_events(problems);
+    if (!events.ok()) return std::nullopt;
+    streams.events = std::move(events).value();
+    if (!streams.events->source->start().ok()) return std::nullopt;
+  }
+  return streams;
+}
+
+/// How long the observations go on. Steps that only a wrong stamp or a clock that was set can make
+/// do not count.
+double length_s(const std::vector<std::int64_t>& stamps_ns) {
+  constexpr double kLongestPause_s = 60.0;
+  double length_s = 0.0;
+  for (std::size_t k = 1; k < stamps_ns.size(); ++k) {
+    const double step_s = static_cast<double>(stamps_ns[k] - stamps_ns[k - 1]) * 1e-9;
+    if (step_s > 0.0 && step_s < kLongestPause_s) length_s += step_s;
+  }
+  return length_s;
+}
+
+/// Says when nothing of the recording is left behind the start.
+bool start_is_inside(double whole_s, const PlayOptions& options) {
+  if (options.start_s <= whole_s) return true;
+  std::array<char, 128> text{};
+  std::snprintf(text.data(), text.size(),
+                "--start %g lies behind the last frame: the recording has %g s of frames",
+                options.start_s, whole_s);
+  print_error(text.data());
+  return false;
+}
+
+/// What the estimator sees by must be there.
+bool has_what_it_needs(const replay::Recording& recording, const PlayOptions& options,
+                       replay::Problems& problems) {
+  const bool eyes =
+      recording.require(options.use_frames ? replay::Stream::kFrames : replay::Stream::kEvents,
+                        problems)
+          .ok();
+  const bool inertial = recording.require(replay::Stream::kImu, problems).ok();
+  if (!(eyes && inertial) && problems.empty())
+    print_error("the recording lacks frames or inertial data");
+  return eyes && inertial;
+}
+
+}  // namespace
+
+RunSources Streams::sources() const {
+  RunSources out{frames.get(), imu.get(), nullptr, nullptr};
+  if (events) {
+    out.events = events->source.get();
+    out.event_decoder = events->decoder.get();
+  }
+  return out;
+}
+
+EstimatorParts OpenedRecording::build(WindowSolver& solver) const {
+  EstimatorSettings settings;
+  settings.frontend = config.frontend;
+  settings.backend = config.backend;
+  settings.pipeline.find_time_shift = config.backend.find_time_shift;
+  settings.pipeline.use_frames = options.use_frames;
+  settings.pipeline.motion_cue = config.motion_cue;
+  settings.pipeline.score = options.score.value_or(config.reliability.score);
+  settings.pipeline.all_scores = options.all_scores;
+  if (streams.events) {
+    EventStageConfig events{config.events, config.frontend, config.reliability, false};
+    events.keep_map = options.all_scores || settings.pipeline.score != TemporalScore::kMotion;
+    // Alone, events get the whole pool.
+    if (!options.use_frames)
+      events.events.max_points = std::max(events.events.max_points, config.frontend.max_points);
+    settings.events = events;
+  }
+  return build_estimator(*sensor, rig, settings, solver);
+}
+
+RunSpan OpenedRecording::span() const {
+  RunSpan span{Duration::from_s(options.start_s), std::nullopt};
+  if (options.duration_s) span.length = Duration::from_s(*options.duration_s);
+  return span;
+}
+
+double OpenedRecording::played_s() const {
+  const double rest_s = std::max(0.0, whole_s - options.start_s);
+  return options.duration_s ? std::min(rest_s, *options.duration_s) : rest_s;
+}
+
+std::optional<OpenedRecording> open_recording(const PlayOptions& options) {
+  std::optional<AppConfig> config = settings_for(options.recording, options.config);
+  if (!config) return std::nullopt;
+  replay::Problems problems;
+  Result<replay::Recording> opened = replay::Recording::open(options.recording, problems);
+  const bool complete = opened.ok() && has_what_it_needs(opened.value(), options, problems);
+  if (print_problems(problems) || !complete) return std::nullopt;
+  replay::Recording& recording = opened.value();
+  const std::optional<RigCalibration> rig = calibration(options.recording, *config);
+  if (!rig) return std::nullopt;
+  std::string refusal = apply_calibrated_sizes(recording, *rig);
+  const limits::SensorClass* sensor = refusal.empty() ? sensor_class(recording, refusal) : nullptr;
+  if (refusal.empty())
+    refusal = clock_problem(recording, rig->cameras[rig->frame_camera].time_shift_s);
+  if (!refusal.empty()) {
+    print_error(refusal);
+    return std::nullopt;
+  }
+  problems.clear();
+  const std::vector<std::int64_t> stamps_ns = observation_times_ns(recording, problems);
+  const double whole_s = length_s(stamps_ns);
+  if (!start_is_inside(whole_s, options)) return std::nullopt;
+  std::optional<Streams> streams = open_streams(recording, options, stamps_ns, problems);
+  if (print_problems(problems) || !streams) return std::nullopt;
+  return OpenedRecording{options, *config,  std::move(recording), *rig,
+                         sensor,  whole_s, std::move(*streams)};
+}
+
+}  // namespace pled::apps

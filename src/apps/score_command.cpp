@@ -1,0 +1,138 @@
+#include <array>
+#include <cstdio>
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <CLI/CLI.hpp>
+#include <nlohmann/json.hpp>
+
+#include "pled_vins/backend/ceres_solver.hpp"
+#include "pled_vins/evaluation/weights.hpp"
+#include "src/apps/commands.hpp"
+#include "src/apps/json_number.hpp"
+#include "src/apps/opened_recording.hpp"
+#include "src/apps/progress.hpp"
+#include "src/apps/score_rows.hpp"
+#include "src/apps/text.hpp"
+
+namespace pled::apps {
+namespace {
+
+using nlohmann::ordered_json;
+
+/// Plays a recording and tells how well each temporal score knows what moves.
+class ScoreCommand final : public Command {
+ public:
+  std::string_view name() const noexcept override { return "score"; }
+  std::string_view summary() const noexcept override {
+    return "Measure how well the temporal scores tell moving points from those at rest";
+  }
+  std::string_view examples() const noexcept override {
+    return "  pled-vins score recording\n"
+           "  pled-vins score recording --json > scores.json\n"
+           "  pled-vins score recording --rows rows.csv\n\n"
+           "The recording must have labels (masks.txt). A point's label is the mask pixel nearest\n"
+           "to it. 'all': every point of every frame for which the score has evidence; 'used':\n"
+           "those of them that took part in the solve. AUC 0.5 is a coin; a constant weight has a\n"
+           "balanced MAE of 0.5; w_ratio is the mean weight at rest over that of what moves.";
+  }
+
+  void declare(CLI::App& app) override {
+    app.add_option("RECORDING", play_.recording, "Folder of a recording with labels")->required();
+    app.add_option("--config", play_.config, "Settings file (YAML); default: built-in settings");
+    app.add_flag_callback(
+        "--no-frames", [this] { play_.use_frames = false; }, "See by events alone");
+    app.add_flag_callback(
+        "--no-events", [this] { play_.use_events = false; }, "See by frames alone");
+    app.add_flag("--json", json_, "Print a JSON array, and nothing else");
+    app.add_option("--rows", rows_file_, "Write each point of each frame to this CSV file");
+  }
+
+  ExitCode run() override {
+    play_.all_scores = true;
+    std::optional<OpenedRecording> opened = open_recording(play_);
+    if (!opened) return ExitCode::kFailed;
+    if (!opened->recording.has(replay::Stream::kMasks)) {
+      print_error(play_.recording +
+                  " has no labels: masks.txt must list an image for each frame, 255 where "
+                  "something moves (pled-vins simulate writes them)");
+      return ExitCode::kFailed;
+    }
+    const std::unique_ptr<WindowSolver> solver = make_ceres_solver();
+    const EstimatorParts parts = opened->build(*solver);
+    Progress progress = Progress::on_stderr(opened->played_s());
+    ScoreRows rows(opened->recording, opened->rig, progress);
+    if (!rows_file_.empty() && !rows.write_to(rows_file_)) {
+      print_error("cannot write " + rows_file_);
+      return ExitCode::kFailed;
+    }
+    const RunEnd end = parts.runner->run(opened->streams.sources(), opened->span(), rows);
+    progress.finish();
+    if (!rows.finish()) {
+      print_error("cannot write " + rows_file_);
+      return ExitCode::kFailed;
+    }
+    if (rows.labelled_frames() == 0) {
+      print_error("no frame that was played has a label");
+      return ExitCode::kFailed;
+    }
+    tell(rows);
+    return end.frame_failure || end.imu_failure || end.event_failure ? ExitCode::kFailed
+                                                                     : ExitCode::kDone;
+  }
+
+ private:
+  [[nodiscard]] std::string sequence() const {
+    std::filesystem::path path = std::filesystem::path(play_.recording).lexically_normal();
+    if (!path.has_filename()) path = path.parent_path();
+    return path.filename().string();
+  }
+
+  void tell(const ScoreRows& rows) const {
+    ordered_json out = ordered_json::array();
+    if (!json_)
+      std::printf("%-8s %-12s %-5s %6s %6s %8s %8s %9s %9s\n", "score", "kind", "rows", "AUC",
+                  "MAE", "balanced", "w_ratio", "static", "moving");
+    for (const ScoreTable& t : rows.tables()) {
+      const WeightQuality& q = t.quality;
+      if (json_) {
+        out.push_back({{"sequence", sequence()},
+                       {"mode", t.mode},
+                       {"kind", t.kind},
+                       {"rows", t.used_only ? "used" : "all"},
+                       {"auc", json_number(q.auc)},
+                       {"mae", json_number(q.mae)},
+                       {"mae_balanced", json_number(q.mae_balanced)},
+                       {"w_ratio", json_number(q.w_ratio)},
+                       {"n_static", q.n_static},
+                       {"n_dynamic", q.n_dynamic},
+                       {"n_no_evidence", t.no_evidence}});
+        continue;
+      }
+      std::printf("%-8s %-12s %-5s %6s %6s %8s %8s %9zu %9zu\n", t.mode.c_str(), t.kind.c_str(),
+                  t.used_only ? "used" : "all", text(q.auc).c_str(), text(q.mae).c_str(),
+                  text(q.mae_balanced).c_str(), text(q.w_ratio).c_str(), q.n_static, q.n_dynamic);
+    }
+    if (json_) std::printf("%s\n", out.dump(1).c_str());
+  }
+
+  static std::string text(const std::optional<double>& value) {
+    if (!value) return "-";
+    std::array<char, 32> buffer{};
+    std::snprintf(buffer.data(), buffer.size(), "%.3f", *value);
+    return buffer.data();
+  }
+
+  PlayOptions play_;
+  bool json_ = false;
+  std::string rows_file_;
+};
+
+}  // namespace
+
+std::unique_ptr<Command> make_score_command() { return std::make_unique<ScoreCommand>(); }
+
+}  // namespace pled::apps

@@ -1,0 +1,63 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <filesystem>
+#include <fstream>
+#include <string>
+#include <vector>
+
+#include "drivers/replay/recording.hpp"
+#include "pled_vins/evaluation/weights.hpp"
+#include "pled_vins/geometry/camera.hpp"
+#include "pled_vins/pipeline/inline_runner.hpp"
+#include "src/apps/progress.hpp"
+#include "src/report/labels.hpp"
+
+namespace pled::apps {
+
+/// One line of what `score` prints.
+struct ScoreTable {
+  std::string mode;  ///< the temporal score
+  std::string kind;  ///< of feature
+  bool used_only = false;
+  WeightQuality quality;
+  std::size_t no_evidence = 0;  ///< rows about which the score says nothing; not in `quality`
+};
+
+/// Collects what each temporal score says of each labelled point while a recording plays.
+class ScoreRows final : public ResultSink {
+ public:
+  ScoreRows(const replay::Recording& recording, const RigCalibration& rig, Progress& progress);
+
+  /// Also writes every row to a CSV file. False when it cannot be opened.
+  [[nodiscard]] bool write_to(const std::filesystem::path& file);
+  bool on_frame(const FrameResult& result) noexcept override;
+  /// Closes the CSV file. False when not everything could be written.
+  [[nodiscard]] bool finish();
+
+  [[nodiscard]] std::size_t labelled_frames() const noexcept { return labelled_frames_; }
+  /// For each score and each kind of feature that was seen: all rows, then those used.
+  [[nodiscard]] std::vector<ScoreTable> tables() const;
+
+ private:
+  struct Row {
+    FeatureKind kind;
+    bool is_moving;
+    bool used;
+    std::array<double, 3> w;  ///< in the order of kTemporalScoreNames
+  };
+
+  void take(const FrameResult& result);
+
+  report::Labels labels_;
+  RigCalibration rig_;
+  Camera frame_camera_;
+  Progress& progress_;
+  std::vector<Row> rows_;
+  std::size_t labelled_frames_ = 0;
+  std::optional<std::int64_t> first_ns_;
+  std::ofstream csv_;
+};
+
+}  // namespace pled::apps
