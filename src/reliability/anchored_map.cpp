@@ -25,7 +25,6 @@ AnchoredMap::AnchoredMap(const ReliabilityConfig& config, int width_px, int heig
       grids_{BinCounters{width_px, height_px, buffers.grids[0]},
              BinCounters{width_px, height_px, buffers.grids[1]}} {
   PLED_CHECK(check(config).key == nullptr);
-  PLED_CHECK(width_px <= buffers.max_width_px && height_px <= buffers.max_height_px);
 }
 
 void AnchoredMap::reset() noexcept {

@@ -33,7 +33,7 @@ inline constexpr std::size_t kMaxPoints = 150;
 
 /// B, the time bins of the entropy-recency map. Paper: 8.
 inline constexpr std::size_t kTimeBins = 8;
-/// Pixels that the map keeps on each side beyond the sensor, for events turned out of it.
+/// Pixels that the map's grid has on each side beyond the sensor, for events turned out of it.
 inline constexpr int kMapMargin_px = 16;
 
 /// Sliding window: ten keyframes and the newest frame.
