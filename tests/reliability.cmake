@@ -6,4 +6,8 @@ pled_add_tests(test_reliability_law LABEL law
           law/reliability/bin_clock_test.cpp
           law/reliability/bin_counters_test.cpp
           law/reliability/entropy_recency_test.cpp
+          law/reliability/rewarp_test.cpp
+          support/reliability/rotating_edges.cpp
   DEPS pled::reliability)
+add_executable(bench_reliability bench/reliability_bench.cpp)
+target_link_libraries(bench_reliability PRIVATE pled_warnings pled::reliability)

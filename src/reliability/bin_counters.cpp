@@ -63,8 +63,7 @@ BinCounters::BinCounters(int width_px, int height_px, std::span<BinCell> cells) 
 }
 
 void BinCounters::clear() noexcept {
-  newest_ = kNoBin;
-  for (BinCell& cell : cells_) write(cell, 0, low_bits(newest_));
+  newest_ = kNoBin;  // from which the first bin is so far that the sweep writes every cell
   sweep_row_ = 0;
   sweep_progress_ = 0;
   losses_ = {};
@@ -157,7 +156,7 @@ void BinCounters::add_late(std::span<const WarpedPixel> events, BinNumber bin) n
 
 BinCounts BinCounters::counts_at(int x_px, int y_px, BinNumber last) const noexcept {
   BinCounts out{};
-  if (!contains(x_px, y_px)) return out;
+  if (newest_ == kNoBin || !contains(x_px, y_px)) return out;
   const BinCell& cell = cells_[index(x_px, y_px)];
   std::uint64_t counts = counts_of(cell);
   const BinNumber behind = difference(low_bits(newest_), stamp_of(cell));

@@ -47,15 +47,15 @@ class BinCounters {
   }
 
   /// @param width_px, height_px  of the grid, margins included
-  /// @param cells  at least cells_needed(); cleared
+  /// @param cells  at least cells_needed(); what is in them does not matter
   BinCounters(int width_px, int height_px, std::span<BinCell> cells) noexcept;
 
-  /// As if newly made. Cost: every cell is written.
+  /// As if newly made.
   void clear() noexcept;
 
   /// Says that time has come to `bin`, whether or not there are events. An older one than the
-  /// newest is ignored. Cost: width pixels for each 2^14 / height bins passed; after 2^14 bins
-  /// (67 s) at once, every cell.
+  /// newest is ignored. Cost: width pixels for each 2^14 / height bins passed; the first time, and
+  /// after 2^14 bins (67 s) at once, every cell.
   void advance_to(BinNumber bin) noexcept;
 
   /// Counts events of one bin. A newer bin than the newest becomes it; an older one within the

@@ -1,0 +1,212 @@
+#include "support/reliability/rotating_edges.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <memory>
+#include <optional>
+#include <random>
+
+#include <Eigen/Geometry>
+
+#include "pled_vins/geometry/so3.hpp"
+#include "pled_vins/reliability/anchored_map.hpp"
+
+namespace pled::support {
+namespace {
+
+constexpr double kCx = (RotatingEdges::kWidth_px - 1) / 2.0;
+constexpr double kCy = (RotatingEdges::kHeight_px - 1) / 2.0;
+constexpr double kF = RotatingEdges::kFocal_px;
+constexpr int kMargin = limits::kMapMargin_px;
+constexpr std::int64_t kStep_us = 200;
+constexpr std::int64_t kRefractory_us = 500;
+constexpr double kAlpha = 2.0;
+constexpr double kGridShift_px = 0.49;  // almost half: the nearest pixel is still the same one
+
+Eigen::Vector3d bearing(double x_px, double y_px) {
+  return {(x_px - kCx) / kF, (y_px - kCy) / kF, 1.0};
+}
+
+/// A point of an edge, far away; `own_rate` turns it about the world's origin.
+struct EdgePoint {
+  Eigen::Vector3d direction;
+  Eigen::Vector3d own_rate_radps;
+};
+
+std::vector<EdgePoint> edge_points(std::mt19937_64& random) {
+  constexpr int kEdges = 60;
+  constexpr double kSpread_px = 500.0;  // edges are there for the camera to turn to
+  std::uniform_real_distribution<double> place(-kSpread_px, kSpread_px);
+  std::uniform_real_distribution<double> length(20.0, 80.0);
+  std::uniform_real_distribution<double> angle(0.0, 3.14159);
+  std::vector<EdgePoint> points;
+  for (int edge = 0; edge < kEdges; ++edge) {
+    const Eigen::Vector2d begin(kCx + place(random), kCy + 0.3 * place(random));
+    const double a = angle(random);
+    const Eigen::Vector3d own =
+        edge % 4 == 0 ? Eigen::Vector3d(0.0, 1.0, 0.0) : Eigen::Vector3d::Zero();
+    const double end = length(random);
+    for (double s = 0.0; s < end; s += 0.5) {
+      points.push_back({bearing(begin.x() + s * std::cos(a), begin.y() + s * std::sin(a)), own});
+    }
+  }
+  return points;
+}
+
+/// What a pixel scores, alone and as the mean of the active ones of the 3 x 3 around it.
+struct Scored {
+  const BatchCounts& counts;
+  [[nodiscard]] double at(int x, int y) const {
+    const auto found = counts.find({x, y});
+    return found == counts.end() ? 0.0 : score_by_definition(found->second, kAlpha, 0.0).s;
+  }
+  [[nodiscard]] double pooled(int x, int y) const {
+    double sum = 0.0;
+    int active = 0;
+    for (int yy = y - 1; yy <= y + 1; ++yy) {
+      for (int xx = x - 1; xx <= x + 1; ++xx) {
+        active += counts.contains({xx, yy}) ? 1 : 0;
+        sum += at(xx, yy);
+      }
+    }
+    return active > 0 ? sum / active : 0.0;
+  }
+};
+
+Difference summary(std::vector<double>& differences) {
+  Difference out;
+  out.pixels = differences.size();
+  if (differences.empty()) return out;
+  std::sort(differences.begin(), differences.end());
+  const double n = static_cast<double>(differences.size());
+  for (const double d : differences) {
+    out.mean += d / n;
+    out.above_tenth += d > 0.1 ? 1.0 / n : 0.0;
+  }
+  out.p90 = differences[differences.size() * 9 / 10];
+  return out;
+}
+
+}  // namespace
+
+RotatingEdges::RotatingEdges(const Eigen::Vector3d& rate_radps, Duration length, std::uint64_t seed)
+    : rate_radps_(rate_radps) {
+  std::mt19937_64 random(seed);
+  const std::vector<EdgePoint> points = edge_points(random);
+  // An edge fires each time one of its points has moved on by a third of a pixel.
+  constexpr double kThird = 3.0;
+  std::vector<Eigen::Vector2i> thirds(points.size());
+  std::vector<std::int64_t> last_us(static_cast<std::size_t>(kWidth_px * kHeight_px), -1'000'000);
+  for (std::int64_t t_us = 0; t_us < length.us; t_us += kStep_us) {
+    const double t_s = static_cast<double>(t_us) * 1e-6;
+    const Eigen::Matrix3d R_cam_world = so3::exp(-rate_radps_ * t_s).toRotationMatrix();
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      const Eigen::Vector3d b =
+          R_cam_world * (so3::exp(points[i].own_rate_radps * t_s) * points[i].direction);
+      const double x = kF * b.x() / b.z() + kCx;
+      const double y = kF * b.y() / b.z() + kCy;
+      const Eigen::Vector2i third(static_cast<int>(std::floor(x * kThird)),
+                                  static_cast<int>(std::floor(y * kThird)));
+      const bool moved = t_us > 0 && third != thirds[i];
+      thirds[i] = third;
+      const int px = static_cast<int>(std::floor(x + 0.5));
+      const int py = static_cast<int>(std::floor(y + 0.5));
+      if (!moved || !(b.z() > 0.2) || px < 0 || py < 0 || px >= kWidth_px || py >= kHeight_px)
+        continue;
+      std::int64_t& last = last_us[static_cast<std::size_t>(py * kWidth_px + px)];
+      if (t_us - last < kRefractory_us) continue;
+      last = t_us;
+      events_.push_back({{t_us}, {static_cast<std::int16_t>(px), static_cast<std::int16_t>(py)}});
+    }
+  }
+}
+
+Eigen::Vector2d RotatingEdges::carry(const Eigen::Vector2d& sensor_px, Timestamp t_from,
+                                     Timestamp t_to) const {
+  const Eigen::Vector3d b =
+      so3::exp(rate_radps_ * (t_from - t_to).seconds()) * bearing(sensor_px.x(), sensor_px.y());
+  return {kF * b.x() / b.z() + kCx + kMargin, kF * b.y() / b.z() + kCy + kMargin};
+}
+
+WarpedPixel RotatingEdges::warp(const TimedPixel& event, Timestamp t_to, double shift_px) const {
+  const Eigen::Vector2d at = carry({event.at.x_px, event.at.y_px}, event.t, t_to);
+  return {static_cast<std::int16_t>(std::floor(at.x() + shift_px + 0.5)),
+          static_cast<std::int16_t>(std::floor(at.y() + shift_px + 0.5))};
+}
+
+double RotatingEdges::shift_px(Timestamp t_from, Timestamp t_to) const {
+  const Eigen::Vector2d centre(kCx, kCy);
+  return (carry(centre, t_from, t_to) - carry(centre, t_from, t_from)).norm();
+}
+
+RewarpComparison compare_with_rewarp(const RotatingEdges& scene, Duration length,
+                                     std::int64_t frame_period_us) {
+  const ReliabilityConfig config;
+  const Duration width{config.bin_us};
+  constexpr int kGridW = RotatingEdges::kGridWidth_px;
+  constexpr int kGridH = RotatingEdges::kGridHeight_px;
+  std::vector<BinCell> a(BinCounters::cells_needed(kGridW, kGridH));
+  std::vector<BinCell> b = a;
+  AnchoredMap map(config, kGridW, kGridH, {{a, b}});
+  BinClock clock(width);
+  RewarpComparison out;
+  std::vector<double> anchored, half, anchored_pooled, half_pooled;
+  BinNumber begun = std::numeric_limits<BinNumber>::min();
+  std::size_t i = 0;
+  for (std::int64_t t_us = frame_period_us; t_us <= length.us; t_us += frame_period_us) {
+    const Timestamp t_frame{t_us};
+    clock.expect_frame(t_frame, {t_us - frame_period_us});
+    const std::vector<TimedPixel>& events = scene.events();
+    for (; i < events.size() && events[i].t <= t_frame; ++i) {
+      const TimeBin bin = clock.bin_of(events[i].t);
+      if (bin.number > begun) {
+        const std::optional<Timestamp> reference = map.reference();
+        map.begin_bin(bin.number, bin.begin,
+                      reference ? scene.shift_px(*reference, bin.begin) : 0.0);
+        begun = bin.number;
+      }
+      for (const AnchorTarget& target : map.targets()) {
+        const WarpedPixel at = scene.warp(events[i], target.t_reference);
+        map.add(target, {&at, 1}, bin.number);
+      }
+    }
+    const BinNumber last = clock.on_frame(t_frame);
+    std::vector<TimedPixel> warped, shifted;
+    for (std::size_t k = i; k-- > 0 && (t_frame - events[k].t).us < 8 * width.us;) {
+      warped.push_back({events[k].t, scene.warp(events[k], t_frame)});
+      shifted.push_back({events[k].t, scene.warp(events[k], t_frame, kGridShift_px)});
+    }
+    const BatchCounts batch = batch_counts(warped, t_frame, width);
+    const BatchCounts moved = batch_counts(shifted, t_frame, width);
+    for (const auto& [at, counts] : batch) {
+      const Eigen::Vector2d sensor_px(at.first - kMargin, at.second - kMargin);
+      if (sensor_px.x() < 0 || sensor_px.y() < 0 || sensor_px.x() >= RotatingEdges::kWidth_px ||
+          sensor_px.y() >= RotatingEdges::kHeight_px)
+        continue;
+      const Eigen::Vector2d p = scene.carry(sensor_px, t_frame, map.reference().value());
+      if (!(p.x() > 0 && p.y() > 0 && p.x() < kGridW - 1 && p.y() < kGridH - 1)) {
+        ++out.beyond_grid;
+        continue;
+      }
+      const Scored exact{batch};
+      const Scored other{moved};
+      const double s = exact.at(at.first, at.second);
+      const double pooled = exact.pooled(at.first, at.second);
+      const auto one = map.read(p.x(), p.y(), last);
+      const auto nine = map.read(p.x(), p.y(), last, ScorePooling::kMeanActive);
+      anchored.push_back(std::abs(s - (one ? one->s : 0.0)));
+      anchored_pooled.push_back(std::abs(pooled - (nine ? nine->s : 0.0)));
+      half.push_back(std::abs(s - other.at(at.first, at.second)));
+      half_pooled.push_back(std::abs(pooled - other.pooled(at.first, at.second)));
+    }
+  }
+  out.anchored = summary(anchored);
+  out.half_pixel = summary(half);
+  out.anchored_pooled = summary(anchored_pooled);
+  out.half_pixel_pooled = summary(half_pooled);
+  out.anchors = map.anchors();
+  return out;
+}
+
+}  // namespace pled::support
