@@ -178,6 +178,15 @@ TEST_SUITE("reliability.anchored_map") {
     CHECK(map.reference()->us == 8192);
   }
 
+  TEST_CASE("a shift that is not a number counts as too far") {
+    std::vector<BinCell> a(BinCounters::cells_needed(kWidth, kHeight));
+    std::vector<BinCell> b = a;
+    AnchoredMap map(ReliabilityConfig{}, kWidth, kHeight, {{a, b}});
+    map.begin_bin(0, {0}, 0.0);
+    map.begin_bin(1, {4096}, std::numeric_limits<double>::quiet_NaN());
+    CHECK(map.targets().size() == 2);
+  }
+
   TEST_CASE("a frame at the end of a bin reads a whole window right after a take-over") {
     std::vector<BinCell> a(BinCounters::cells_needed(kWidth, kHeight));
     std::vector<BinCell> b = a;
@@ -230,10 +239,13 @@ TEST_SUITE("reliability.anchored_map") {
     const WarpedPixel at{3, 2};
     map.begin_bin(1000, {0}, 0.0);
     map.add(map.targets()[0], {&at, 1}, 1000);
-    map.begin_bin(1009, {9 * 4096}, 1.0);
+    map.begin_bin(1008, {8 * 4096}, 1.0);  // the window of a frame at its begin holds bin 1000
+    CHECK(map.reference()->us == 0);
+    CHECK(map.counts_at(3, 2, 1007) == BinCounts{1, 0, 0, 0, 0, 0, 0, 0});
+    map.begin_bin(1017, {17 * 4096}, 1.0);
     REQUIRE(map.targets().size() == 1);
-    CHECK(map.reference()->us == 9 * 4096);
-    CHECK(map.counts_at(3, 2, 1008) == BinCounts{});
+    CHECK(map.reference()->us == 17 * 4096);
+    CHECK(map.counts_at(3, 2, 1016) == BinCounts{});
     map.reset();
     CHECK(map.targets().empty());
     map.begin_bin(5, {77}, 0.0);  // another clock

@@ -70,8 +70,12 @@ TEST_SUITE("reliability.bin_clock") {
           clock.expect_frame({next_us}, {binned_us});
         }
         t_us = next_us;
+        const TimeBin open = clock.bin_of({t_us});  // in which events may have been counted
         const BinNumber last = clock.on_frame({t_us});
-        REQUIRE(last <= clock.bin_of({t_us}).number);
+        REQUIRE(last <= open.number);
+        REQUIRE(last >= open.number - 1);
+        REQUIRE(clock.bin_of({t_us}).number == open.number);
+        REQUIRE(clock.bin_of({t_us}).begin == open.begin);
       }
       TimeBin bin = clock.bin_of({t_us + 50'000});
       while (bin.end.us > t_us - 200'000) {

@@ -21,6 +21,7 @@ constexpr double kF = RotatingEdges::kFocal_px;
 constexpr int kMargin = limits::kMapMargin_px;
 constexpr std::int64_t kStep_us = 200;
 constexpr std::int64_t kRefractory_us = 500;
+constexpr double kOwnRate_radps = 1.0;
 constexpr double kAlpha = 2.0;
 constexpr double kGridShift_px = 0.49;  // almost half: the nearest pixel is still the same one
 
@@ -28,10 +29,10 @@ Eigen::Vector3d bearing(double x_px, double y_px) {
   return {(x_px - kCx) / kF, (y_px - kCy) / kF, 1.0};
 }
 
-/// A point of an edge, far away; `own_rate` turns it about the world's origin.
+/// A point of an edge, far away; one that moves turns about the world's origin by kOwnRate_radps.
 struct EdgePoint {
   Eigen::Vector3d direction;
-  Eigen::Vector3d own_rate_radps;
+  bool moves = false;
 };
 
 std::vector<EdgePoint> edge_points(std::mt19937_64& random) {
@@ -44,11 +45,10 @@ std::vector<EdgePoint> edge_points(std::mt19937_64& random) {
   for (int edge = 0; edge < kEdges; ++edge) {
     const Eigen::Vector2d begin(kCx + place(random), kCy + 0.3 * place(random));
     const double a = angle(random);
-    const Eigen::Vector3d own =
-        edge % 4 == 0 ? Eigen::Vector3d(0.0, 1.0, 0.0) : Eigen::Vector3d::Zero();
     const double end = length(random);
     for (double s = 0.0; s < end; s += 0.5) {
-      points.push_back({bearing(begin.x() + s * std::cos(a), begin.y() + s * std::sin(a)), own});
+      points.push_back(
+          {bearing(begin.x() + s * std::cos(a), begin.y() + s * std::sin(a)), edge % 4 == 0});
     }
   }
   return points;
@@ -101,9 +101,11 @@ RotatingEdges::RotatingEdges(const Eigen::Vector3d& rate_radps, Duration length,
   for (std::int64_t t_us = 0; t_us < length.us; t_us += kStep_us) {
     const double t_s = static_cast<double>(t_us) * 1e-6;
     const Eigen::Matrix3d R_cam_world = so3::exp(-rate_radps_ * t_s).toRotationMatrix();
+    const Eigen::Matrix3d R_cam_moving =
+        R_cam_world * so3::exp({0.0, kOwnRate_radps * t_s, 0.0}).toRotationMatrix();
     for (std::size_t i = 0; i < points.size(); ++i) {
-      const Eigen::Vector3d b =
-          R_cam_world * (so3::exp(points[i].own_rate_radps * t_s) * points[i].direction);
+      const EdgePoint& point = points[i];
+      const Eigen::Vector3d b = (point.moves ? R_cam_moving : R_cam_world) * point.direction;
       const double x = kF * b.x() / b.z() + kCx;
       const double y = kF * b.y() / b.z() + kCy;
       const Eigen::Vector2i third(static_cast<int>(std::floor(x * kThird)),
