@@ -1,9 +1,9 @@
 #include "support/reliability/rotating_edges.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
-#include <memory>
 #include <optional>
 #include <random>
 
@@ -142,73 +142,100 @@ double RotatingEdges::shift_px(Timestamp t_from, Timestamp t_to) const {
   return (carry(centre, t_from, t_to) - carry(centre, t_from, t_from)).norm();
 }
 
-RewarpComparison compare_with_rewarp(const RotatingEdges& scene, Duration length,
-                                     std::int64_t frame_period_us) {
-  const ReliabilityConfig config;
-  const Duration width{config.bin_us};
-  constexpr int kGridW = RotatingEdges::kGridWidth_px;
-  constexpr int kGridH = RotatingEdges::kGridHeight_px;
-  std::vector<BinCell> a(BinCounters::cells_needed(kGridW, kGridH));
-  std::vector<BinCell> b = a;
-  AnchoredMap map(config, kGridW, kGridH, {{a, b}});
-  BinClock clock(width);
-  RewarpComparison out;
-  std::vector<double> anchored, half, anchored_pooled, half_pooled;
-  BinNumber begun = std::numeric_limits<BinNumber>::min();
-  std::size_t i = 0;
-  for (std::int64_t t_us = frame_period_us; t_us <= length.us; t_us += frame_period_us) {
-    const Timestamp t_frame{t_us};
-    clock.expect_frame(t_frame, {t_us - frame_period_us});
-    const std::vector<TimedPixel>& events = scene.events();
-    for (; i < events.size() && events[i].t <= t_frame; ++i) {
-      const TimeBin bin = clock.bin_of(events[i].t);
-      if (bin.number > begun) {
-        const std::optional<Timestamp> reference = map.reference();
-        map.begin_bin(bin.number, bin.begin,
-                      reference ? scene.shift_px(*reference, bin.begin) : 0.0);
-        begun = bin.number;
-      }
-      for (const AnchorTarget& target : map.targets()) {
-        const WarpedPixel at = scene.warp(events[i], target.t_reference);
-        map.add(target, {&at, 1}, bin.number);
-      }
+namespace {
+
+constexpr int kGridW = RotatingEdges::kGridWidth_px;
+constexpr int kGridH = RotatingEdges::kGridHeight_px;
+
+class Comparer {
+ public:
+  explicit Comparer(const RotatingEdges& scene) : scene_(scene) {}
+
+  /// Hands the map all events up to a frame that is known beforehand, and compares there.
+  void play_to(Timestamp t_frame, Timestamp t_before) {
+    clock_.expect_frame(t_frame, t_before);
+    for (; next_ < scene_.events().size() && scene_.events()[next_].t <= t_frame; ++next_)
+      take(scene_.events()[next_]);
+    compare(t_frame, clock_.on_frame(t_frame));
+  }
+
+  [[nodiscard]] RewarpComparison result() {
+    return {summary(one_[0]),    summary(one_[1]), summary(pooled_[0]),
+            summary(pooled_[1]), beyond_grid_,     map_.anchors()};
+  }
+
+ private:
+  void take(const TimedPixel& event) {
+    const TimeBin bin = clock_.bin_of(event.t);
+    if (bin.number > begun_) {
+      const std::optional<Timestamp> reference = map_.reference();
+      map_.begin_bin(bin.number, bin.begin,
+                     reference ? scene_.shift_px(*reference, bin.begin) : 0.0);
+      begun_ = bin.number;
     }
-    const BinNumber last = clock.on_frame(t_frame);
-    std::vector<TimedPixel> warped, shifted;
-    for (std::size_t k = i; k-- > 0 && (t_frame - events[k].t).us < 8 * width.us;) {
-      warped.push_back({events[k].t, scene.warp(events[k], t_frame)});
-      shifted.push_back({events[k].t, scene.warp(events[k], t_frame, kGridShift_px)});
+    for (const AnchorTarget& target : map_.targets()) {
+      const WarpedPixel at = scene_.warp(event, target.t_reference);
+      map_.add(target, {&at, 1}, bin.number);
     }
-    const BatchCounts batch = batch_counts(warped, t_frame, width);
-    const BatchCounts moved = batch_counts(shifted, t_frame, width);
+  }
+
+  [[nodiscard]] BatchCounts rewarp(Timestamp t_frame, double shift_px) const {
+    std::vector<TimedPixel> warped;
+    for (std::size_t k = next_; k-- > 0;) {
+      const TimedPixel& event = scene_.events()[k];
+      if ((t_frame - event.t).us >= static_cast<std::int64_t>(kB) * kWidth.us) break;
+      warped.push_back({event.t, scene_.warp(event, t_frame, shift_px)});
+    }
+    return batch_counts(warped, t_frame, kWidth);
+  }
+
+  void compare(Timestamp t_frame, BinNumber last) {
+    const BatchCounts batch = rewarp(t_frame, 0.0);
+    const BatchCounts moved = rewarp(t_frame, kGridShift_px);
+    const Scored exact{batch};
+    const Scored other{moved};
     for (const auto& [at, counts] : batch) {
-      const Eigen::Vector2d sensor_px(at.first - kMargin, at.second - kMargin);
+      const auto [x, y] = at;
+      const Eigen::Vector2d sensor_px(x - kMargin, y - kMargin);
       if (sensor_px.x() < 0 || sensor_px.y() < 0 || sensor_px.x() >= RotatingEdges::kWidth_px ||
           sensor_px.y() >= RotatingEdges::kHeight_px)
         continue;
-      const Eigen::Vector2d p = scene.carry(sensor_px, t_frame, map.reference().value());
+      const Eigen::Vector2d p = scene_.carry(sensor_px, t_frame, map_.reference().value());
       if (!(p.x() > 0 && p.y() > 0 && p.x() < kGridW - 1 && p.y() < kGridH - 1)) {
-        ++out.beyond_grid;
+        ++beyond_grid_;
         continue;
       }
-      const Scored exact{batch};
-      const Scored other{moved};
-      const double s = exact.at(at.first, at.second);
-      const double pooled = exact.pooled(at.first, at.second);
-      const auto one = map.read(p.x(), p.y(), last);
-      const auto nine = map.read(p.x(), p.y(), last, ScorePooling::kMeanActive);
-      anchored.push_back(std::abs(s - (one ? one->s : 0.0)));
-      anchored_pooled.push_back(std::abs(pooled - (nine ? nine->s : 0.0)));
-      half.push_back(std::abs(s - other.at(at.first, at.second)));
-      half_pooled.push_back(std::abs(pooled - other.pooled(at.first, at.second)));
+      const auto one = map_.read(p.x(), p.y(), last);
+      const auto nine = map_.read(p.x(), p.y(), last, ScorePooling::kMeanActive);
+      one_[0].push_back(std::abs(exact.at(x, y) - (one ? one->s : 0.0)));
+      one_[1].push_back(std::abs(exact.at(x, y) - other.at(x, y)));
+      pooled_[0].push_back(std::abs(exact.pooled(x, y) - (nine ? nine->s : 0.0)));
+      pooled_[1].push_back(std::abs(exact.pooled(x, y) - other.pooled(x, y)));
     }
   }
-  out.anchored = summary(anchored);
-  out.half_pixel = summary(half);
-  out.anchored_pooled = summary(anchored_pooled);
-  out.half_pixel_pooled = summary(half_pooled);
-  out.anchors = map.anchors();
-  return out;
+
+  static constexpr Duration kWidth{ReliabilityConfig{}.bin_us};
+
+  const RotatingEdges& scene_;
+  std::vector<BinCell> a_ = std::vector<BinCell>(BinCounters::cells_needed(kGridW, kGridH));
+  std::vector<BinCell> b_ = a_;
+  AnchoredMap map_{ReliabilityConfig{}, kGridW, kGridH, {{a_, b_}}};
+  BinClock clock_{kWidth};
+  BinNumber begun_ = std::numeric_limits<BinNumber>::min();
+  std::size_t next_ = 0;
+  /// Differences from the re-warp: of the anchored map, and of the re-warp with its grid moved.
+  std::array<std::vector<double>, 2> one_, pooled_;
+  std::size_t beyond_grid_ = 0;
+};
+
+}  // namespace
+
+RewarpComparison compare_with_rewarp(const RotatingEdges& scene, Duration length,
+                                     std::int64_t frame_period_us) {
+  Comparer comparer(scene);
+  for (std::int64_t t_us = frame_period_us; t_us <= length.us; t_us += frame_period_us)
+    comparer.play_to({t_us}, {t_us - frame_period_us});
+  return comparer.result();
 }
 
 }  // namespace pled::support
