@@ -2,6 +2,12 @@ pled_add_tests(test_reliability
   SOURCES unit/reliability/bin_counters_test.cpp
   DEPS pled::reliability)
 pled_add_tests(test_reliability_law LABEL law
-  SOURCES law/reliability/bin_counters_test.cpp
+  SOURCES law/reliability/anchored_map_test.cpp
+          law/reliability/bin_clock_test.cpp
+          law/reliability/bin_counters_test.cpp
           law/reliability/entropy_recency_test.cpp
+          law/reliability/rewarp_test.cpp
+          support/reliability/rotating_edges.cpp
   DEPS pled::reliability)
+add_executable(bench_reliability bench/reliability_bench.cpp)
+target_link_libraries(bench_reliability PRIVATE pled_warnings pled::reliability)

@@ -78,7 +78,7 @@ constexpr std::array kSchema{
     ConfigKey{"reliability.anchor_shift_px", "px", 1, 16,
               "turning of the picture after which the map takes a new reference",
               PLED_FIELD(reliability.anchor_shift_px)},
-    ConfigKey{"reliability.anchor_age_ms", "ms", 50, 500, "and the time after which it does",
+    ConfigKey{"reliability.anchor_age_ms", "ms", 50, 900, "and the time after which it does",
               PLED_FIELD(reliability.anchor_age_ms)},
 
     ConfigKey{"motion_cue.even_px", "px", 0.05, 10,

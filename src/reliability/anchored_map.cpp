@@ -25,7 +25,6 @@ AnchoredMap::AnchoredMap(const ReliabilityConfig& config, int width_px, int heig
       grids_{BinCounters{width_px, height_px, buffers.grids[0]},
              BinCounters{width_px, height_px, buffers.grids[1]}} {
   PLED_CHECK(check(config).key == nullptr);
-  PLED_CHECK(width_px <= buffers.max_width_px && height_px <= buffers.max_height_px);
 }
 
 void AnchoredMap::reset() noexcept {
@@ -45,8 +44,6 @@ void AnchoredMap::begin_bin(BinNumber bin, Timestamp t_begin, double shift_px) n
   if (num_targets_ > 0 && bin <= newest_) return;
   const bool empty_window = num_targets_ == 0 || bin - newest_ > kBins;
   newest_ = bin;
-  // Both, so that the sweep goes on in the one that rests.
-  for (BinCounters& grid : grids_) grid.advance_to(bin);
   if (empty_window) {
     begin_anchor(0, targets_[0].grid, t_begin);
     return;

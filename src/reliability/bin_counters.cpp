@@ -54,10 +54,8 @@ constexpr std::uint64_t aged(std::uint64_t counts, unsigned age) noexcept {
 
 BinCounters::BinCounters(int width_px, int height_px, std::span<BinCell> cells) noexcept
     : cells_(cells),
-      width_px_(width_px),
-      height_px_(height_px),
-      columns_(static_cast<std::uint32_t>(width_px + 2 * limits::kMapMargin_px)),
-      rows_(static_cast<std::uint32_t>(height_px + 2 * limits::kMapMargin_px)) {
+      columns_(static_cast<std::uint32_t>(width_px)),
+      rows_(static_cast<std::uint32_t>(height_px)) {
   PLED_CHECK(width_px > 0 && height_px > 0);
   PLED_CHECK(cells.size() >= cells_needed(width_px, height_px));
   cells_ = cells.first(cells_needed(width_px, height_px));
@@ -65,8 +63,7 @@ BinCounters::BinCounters(int width_px, int height_px, std::span<BinCell> cells) 
 }
 
 void BinCounters::clear() noexcept {
-  newest_ = kNoBin;
-  for (BinCell& cell : cells_) write(cell, 0, low_bits(newest_));
+  newest_ = kNoBin;  // from which the first bin is so far that the sweep writes every cell
   sweep_row_ = 0;
   sweep_progress_ = 0;
   losses_ = {};
@@ -114,9 +111,9 @@ void BinCounters::add_newest(std::span<const WarpedPixel> events) noexcept {
   const std::uint32_t rows = rows_;
   BinCell* const cells = cells_.data();
   for (const WarpedPixel& event : events) {
-    // Beyond the left and upper margin the sum is negative, as unsigned: huge.
-    const auto x = static_cast<std::uint32_t>(event.x_px + limits::kMapMargin_px);
-    const auto y = static_cast<std::uint32_t>(event.y_px + limits::kMapMargin_px);
+    // What lies left or above is negative, as unsigned: huge.
+    const auto x = static_cast<std::uint32_t>(event.x_px);
+    const auto y = static_cast<std::uint32_t>(event.y_px);
     if (x >= columns || y >= rows) {
       ++losses_.outside;
       continue;
@@ -159,7 +156,7 @@ void BinCounters::add_late(std::span<const WarpedPixel> events, BinNumber bin) n
 
 BinCounts BinCounters::counts_at(int x_px, int y_px, BinNumber last) const noexcept {
   BinCounts out{};
-  if (!contains(x_px, y_px)) return out;
+  if (newest_ == kNoBin || !contains(x_px, y_px)) return out;
   const BinCell& cell = cells_[index(x_px, y_px)];
   std::uint64_t counts = counts_of(cell);
   const BinNumber behind = difference(low_bits(newest_), stamp_of(cell));
@@ -173,13 +170,11 @@ BinCounts BinCounters::counts_at(int x_px, int y_px, BinNumber last) const noexc
 }
 
 bool BinCounters::contains(int x_px, int y_px) const noexcept {
-  return x_px >= -limits::kMapMargin_px && x_px < width_px_ + limits::kMapMargin_px &&
-         y_px >= -limits::kMapMargin_px && y_px < height_px_ + limits::kMapMargin_px;
+  return static_cast<std::uint32_t>(x_px) < columns_ && static_cast<std::uint32_t>(y_px) < rows_;
 }
 
 std::size_t BinCounters::index(int x_px, int y_px) const noexcept {
-  return static_cast<std::size_t>(y_px + limits::kMapMargin_px) * columns_ +
-         static_cast<std::size_t>(x_px + limits::kMapMargin_px);
+  return static_cast<std::size_t>(y_px) * columns_ + static_cast<std::size_t>(x_px);
 }
 
 }  // namespace pled

@@ -33,7 +33,7 @@ inline constexpr std::size_t kMaxPoints = 150;
 
 /// B, the time bins of the entropy-recency map. Paper: 8.
 inline constexpr std::size_t kTimeBins = 8;
-/// Pixels that the map keeps on each side beyond the sensor, for events turned out of it.
+/// Pixels that the map's grid has on each side beyond the sensor, for events turned out of it.
 inline constexpr int kMapMargin_px = 16;
 
 /// Earlier frames that the motion cue looks back on: 0.3 s at 20 Hz.

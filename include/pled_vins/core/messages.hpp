@@ -24,15 +24,6 @@ struct Event {
 };
 static_assert(std::is_trivially_copyable_v<Event> && sizeof(Event) == 16);
 
-/// Where an event falls once it has been compensated: the nearest pixel of the undistorted picture.
-/// It may lie outside the sensor.
-struct WarpedPixel {
-  std::int16_t x_px = 0;
-  std::int16_t y_px = 0;
-
-  friend constexpr bool operator==(const WarpedPixel&, const WarpedPixel&) = default;
-};
-
 /// One raw inertial reading in the body (IMU) frame; biases not removed.
 struct ImuSample {
   Timestamp t;

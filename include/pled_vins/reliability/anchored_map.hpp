@@ -14,21 +14,21 @@
 
 namespace pled {
 
-/// The memory of an AnchoredMap, whatever the sensor's size.
+/// The memory of an AnchoredMap, whatever the grid's size.
 struct AnchoredMapBuffers {
-  int max_width_px = 0;
-  int max_height_px = 0;
   std::array<std::span<BinCell>, 2> grids;
 };
 
-/// The same as arrays, for sensors up to MaxWidth x MaxHeight pixels. Plain data, no constructor.
+/// The same as arrays, for the grids of sensors up to MaxWidth x MaxHeight pixels: a margin of
+/// limits::kMapMargin_px more on each side. Plain data, no constructor.
 template <int MaxWidth, int MaxHeight>
 struct AnchoredMapStorage {
-  std::array<std::array<BinCell, BinCounters::cells_needed(MaxWidth, MaxHeight)>, 2> grids;
+  static constexpr std::size_t kCells = BinCounters::cells_needed(
+      MaxWidth + 2 * limits::kMapMargin_px, MaxHeight + 2 * limits::kMapMargin_px);
 
-  [[nodiscard]] AnchoredMapBuffers view() noexcept {
-    return {MaxWidth, MaxHeight, {grids[0], grids[1]}};
-  }
+  std::array<std::array<BinCell, kCells>, 2> grids;
+
+  [[nodiscard]] AnchoredMapBuffers view() noexcept { return {{grids[0], grids[1]}}; }
 };
 
 /// An orientation that events are to be warped to: that of the camera at `t_reference`.
@@ -63,7 +63,7 @@ enum class ScorePooling : std::uint8_t {
 class AnchoredMap {
  public:
   /// @param config  valid: check(config).key == nullptr
-  /// @param width_px, height_px  of the sensor; they fit the buffers
+  /// @param width_px, height_px  of the grid, margins included; its cells fit the buffers
   AnchoredMap(const ReliabilityConfig& config, int width_px, int height_px,
               const AnchoredMapBuffers& buffers) noexcept;
 
@@ -90,11 +90,11 @@ class AnchoredMap {
   [[nodiscard]] std::optional<Timestamp> reference() const noexcept;
 
   /// The counts of the window that ends with `last`, the bin begun or the one before it, at a pixel
-  /// of the picture as seen from reference(). Zeros beyond the margin. Cost: O(1).
+  /// of the grid as seen from reference(). Zeros beyond it. Cost: O(1).
   [[nodiscard]] BinCounts counts_at(int x_px, int y_px, BinNumber last) const noexcept;
 
-  /// The score of that window at the pixel nearest to a place in the picture as seen from
-  /// reference(). nullopt outside sensor and margin, for a place that is not finite, before the
+  /// The score of that window at the pixel nearest to a place in the grid as seen from
+  /// reference(). nullopt beyond the grid, for a place that is not finite, before the
   /// first anchor, and without a single event: no evidence.
   [[nodiscard]] std::optional<PixelScore> read(double x_px, double y_px, BinNumber last,
                                                ScorePooling pooling = ScorePooling::kPixel,

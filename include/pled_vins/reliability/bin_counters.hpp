@@ -6,7 +6,7 @@
 #include <span>
 
 #include "pled_vins/core/limits.hpp"
-#include "pled_vins/core/messages.hpp"
+#include "pled_vins/geometry/warped_pixel.hpp"
 
 namespace pled {
 
@@ -28,11 +28,11 @@ static_assert(sizeof(BinCell) == 10 && alignof(BinCell) == 1);
 struct BinCounterLosses {
   std::uint64_t saturated = 0;  ///< events beyond the 255th in one bin of one pixel
   std::uint64_t late = 0;       ///< events at least B bins older than the newest bin
-  std::uint64_t outside = 0;    ///< events beyond the margin
+  std::uint64_t outside = 0;    ///< events beyond the grid, kOutsideGrid among them
 };
 
 /// How many events each pixel had in each of the last B time bins, in constant time per event,
-/// whatever its history and the size of the sensor.
+/// whatever its history and the size of the grid.
 ///
 /// A pixel ages when it is touched: its eight counts are the bytes of one integer, and passing on
 /// by d bins is a shift by d bytes. Pixels that are never touched are visited by a sweep, a few
@@ -43,40 +43,39 @@ struct BinCounterLosses {
 class BinCounters {
  public:
   [[nodiscard]] static constexpr std::size_t cells_needed(int width_px, int height_px) noexcept {
-    return static_cast<std::size_t>(width_px + 2 * limits::kMapMargin_px) *
-           static_cast<std::size_t>(height_px + 2 * limits::kMapMargin_px);
+    return static_cast<std::size_t>(width_px) * static_cast<std::size_t>(height_px);
   }
 
-  /// @param width_px, height_px  of the sensor; the margin is added on each side
-  /// @param cells  at least cells_needed(); cleared
+  /// @param width_px, height_px  of the grid, margins included
+  /// @param cells  at least cells_needed(); what is in them does not matter
   BinCounters(int width_px, int height_px, std::span<BinCell> cells) noexcept;
 
-  /// As if newly made. Cost: every cell is written.
+  /// As if newly made.
   void clear() noexcept;
 
   /// Says that time has come to `bin`, whether or not there are events. An older one than the
-  /// newest is ignored. Cost: width pixels for each 2^14 / height bins passed; after 2^14 bins
-  /// (67 s) at once, every cell.
+  /// newest is ignored. Cost: width pixels for each 2^14 / height bins passed; the first time, and
+  /// after 2^14 bins (67 s) at once, every cell.
   void advance_to(BinNumber bin) noexcept;
 
   /// Counts events of one bin. A newer bin than the newest becomes it; an older one within the
-  /// last B is counted where it belongs; events that are older still, outside the margin, or too
+  /// last B is counted where it belongs; events that are older still, outside the grid, or too
   /// many for their counter are not counted, see losses(). Cost: O(1) each.
   void add(std::span<const WarpedPixel> events, BinNumber bin) noexcept;
 
-  /// Counts of the B bins that end with `last`, oldest first; zeros outside the margin. Exact when
+  /// Counts of the B bins that end with `last`, oldest first; zeros outside the grid. Exact when
   /// the pixel has no event in a bin newer than `last`; a pixel that has one e bins newer has let
   /// the e oldest of these B bins go, and they read 0. Cost: O(1).
   [[nodiscard]] BinCounts counts_at(int x_px, int y_px, BinNumber last) const noexcept;
 
-  /// True for pixels that have a cell: those of the sensor and the margin.
+  /// True for pixels of the grid.
   [[nodiscard]] bool contains(int x_px, int y_px) const noexcept;
 
   /// The newest bin so far.
   [[nodiscard]] BinNumber newest() const noexcept { return newest_; }
   [[nodiscard]] const BinCounterLosses& losses() const noexcept { return losses_; }
-  [[nodiscard]] int width_px() const noexcept { return width_px_; }
-  [[nodiscard]] int height_px() const noexcept { return height_px_; }
+  [[nodiscard]] int width_px() const noexcept { return static_cast<int>(columns_); }
+  [[nodiscard]] int height_px() const noexcept { return static_cast<int>(rows_); }
 
  private:
   void add_newest(std::span<const WarpedPixel> events) noexcept;
@@ -84,10 +83,8 @@ class BinCounters {
   void sweep(BinNumber passed) noexcept;
   [[nodiscard]] std::size_t index(int x_px, int y_px) const noexcept;
 
-  std::span<BinCell> cells_;  ///< row-major, margin included
-  int width_px_;
-  int height_px_;
-  std::uint32_t columns_;  ///< with margin
+  std::span<BinCell> cells_;  ///< row-major
+  std::uint32_t columns_;
   std::uint32_t rows_;
   BinNumber newest_ = 0;
   std::uint32_t sweep_row_ = 0;       ///< the next to be visited

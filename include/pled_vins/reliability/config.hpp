@@ -22,7 +22,7 @@ struct ReliabilityConfig {
   double recency_alpha = 2.0;  ///< alpha of eq. (4), 0.1 ... 10. Paper, section IV-A
   /// How far the picture may turn before the map moves on to a new orientation, 1 ... 16
   double anchor_shift_px = 6.0;
-  double anchor_age_ms = 500.0;  ///< and after how long at the latest, 50 ... 500: turns are known for 1 s
+  double anchor_age_ms = 500.0;  ///< and after how long at the latest, 50 ... 900
 };
 
 [[nodiscard]] constexpr ConfigIssue check(const ReliabilityConfig& c) noexcept {
@@ -32,8 +32,8 @@ struct ReliabilityConfig {
     return {"reliability.recency_alpha", "must be in [0.1, 10]"};
   if (!(c.anchor_shift_px >= 1 && c.anchor_shift_px <= 16))
     return {"reliability.anchor_shift_px", "must be in [1, 16]"};
-  if (!(c.anchor_age_ms >= 50 && c.anchor_age_ms <= 500))
-    return {"reliability.anchor_age_ms", "must be in [50, 500]"};
+  if (!(c.anchor_age_ms >= 50 && c.anchor_age_ms <= 900))
+    return {"reliability.anchor_age_ms", "must be in [50, 900]"};
   return {};
 }
 static_assert(check(ReliabilityConfig{}).key == nullptr, "defaults must be valid");

@@ -185,8 +185,8 @@ TEST_SUITE("reliability.bin_counters") {
     std::vector<Step> shuffled = steps;
     std::mt19937_64 random(8);
     for (auto begin = shuffled.begin(); begin != shuffled.end();) {
-      const auto end = std::find_if(begin, shuffled.end(),
-                                    [&](const Step& s) { return s.bin != begin->bin; });
+      const auto end =
+          std::find_if(begin, shuffled.end(), [&](const Step& s) { return s.bin != begin->bin; });
       std::shuffle(begin, end, random);
       begin = end;
     }

@@ -96,11 +96,11 @@ TEST_SUITE("reliability.entropy_recency") {
           return std::max({std::abs(a.h - b.h), std::abs(a.q - b.q), std::abs(a.s - b.s)});
         };
         const PixelScore clean = tables.score(counts);
-        worst_clean = std::max(
-            worst_clean, difference(clean, support::score_by_definition(c, alpha, 0.0)));
-        worst_paper = std::max(
-            worst_paper, difference(tables.score(counts, ScoreForm::kPaper),
-                                    support::score_by_definition(c, alpha, kPaperEpsilon)));
+        worst_clean =
+            std::max(worst_clean, difference(clean, support::score_by_definition(c, alpha, 0.0)));
+        worst_paper = std::max(worst_paper,
+                               difference(tables.score(counts, ScoreForm::kPaper),
+                                          support::score_by_definition(c, alpha, kPaperEpsilon)));
         CHECK(clean.n == static_cast<std::uint32_t>(std::accumulate(c.begin(), c.end(), 0)));
       }
       CAPTURE(alpha);

@@ -11,12 +11,11 @@ namespace {
 
 constexpr int kWidth = 5;
 constexpr int kHeight = 3;
-constexpr int kMargin = limits::kMapMargin_px;
 
 struct Fixture {
   // Poisoned: the counters must not rely on cleared memory.
-  std::vector<BinCell> cells = std::vector<BinCell>(
-      BinCounters::cells_needed(kWidth, kHeight), BinCell{{9, 9, 9, 9, 9, 9, 9, 9, 9, 9}});
+  std::vector<BinCell> cells = std::vector<BinCell>(BinCounters::cells_needed(kWidth, kHeight),
+                                                    BinCell{{9, 9, 9, 9, 9, 9, 9, 9, 9, 9}});
   BinCounters counters{kWidth, kHeight, cells};
 
   void add(int times, BinNumber bin, int x = 2, int y = 1) {
@@ -56,7 +55,8 @@ TEST_SUITE("reliability.bin_counters") {
     CHECK(counters.counts_at(2, 1, 105) == BinCounts{0, 0, 0, 0, 0, 255, 0, 1});
   }
 
-  TEST_CASE_FIXTURE(Fixture, "late events within the window go to their bin, older ones are dropped") {
+  TEST_CASE_FIXTURE(Fixture,
+                    "late events within the window go to their bin, older ones are dropped") {
     add(1, 110);
     add(2, 103);
     add(4, 102);
@@ -67,7 +67,8 @@ TEST_SUITE("reliability.bin_counters") {
     CHECK(counters.newest() == 110);
   }
 
-  TEST_CASE_FIXTURE(Fixture, "a window that ended before a pixel's newest bin has lost its oldest bins") {
+  TEST_CASE_FIXTURE(Fixture,
+                    "a window that ended before a pixel's newest bin has lost its oldest bins") {
     add(1, 100);
     add(2, 107);
     add(4, 108);
@@ -75,25 +76,25 @@ TEST_SUITE("reliability.bin_counters") {
     CHECK(counters.counts_at(2, 1, 99) == BinCounts{});
   }
 
-  TEST_CASE_FIXTURE(Fixture, "the margin counts, what lies beyond is refused") {
-    add(1, 100, -kMargin, -kMargin);
-    add(1, 100, kWidth + kMargin - 1, kHeight + kMargin - 1);
+  TEST_CASE_FIXTURE(Fixture, "events at the corners of the grid count, those beyond are refused") {
+    add(1, 100, 0, 0);
+    add(1, 100, kWidth - 1, kHeight - 1);
     CHECK(counters.losses().outside == 0);
-    CHECK(counters.counts_at(-kMargin, -kMargin, 100)[7] == 1);
-    CHECK(counters.counts_at(kWidth + kMargin - 1, kHeight + kMargin - 1, 100)[7] == 1);
-    constexpr int kLow = std::numeric_limits<std::int16_t>::min();
+    CHECK(counters.counts_at(0, 0, 100)[7] == 1);
+    CHECK(counters.counts_at(kWidth - 1, kHeight - 1, 100)[7] == 1);
     constexpr int kHigh = std::numeric_limits<std::int16_t>::max();
     for (const BinNumber bin : {100, 99}) {  // the newest, and a late one
-      add(1, bin, -kMargin - 1, 0);
-      add(1, bin, kWidth + kMargin, 0);
-      add(1, bin, 0, -kMargin - 1);
-      add(1, bin, 0, kHeight + kMargin);
-      add(1, bin, kLow, kLow);
+      add(1, bin, -1, 0);
+      add(1, bin, kWidth, 0);
+      add(1, bin, 0, -1);
+      add(1, bin, 0, kHeight);
+      add(1, bin, kOutsideGrid.x_px, kOutsideGrid.y_px);
       add(1, bin, kHigh, kHigh);
     }
     CHECK(counters.losses().outside == 12);
-    CHECK_FALSE(counters.contains(kWidth + kMargin, 0));
-    CHECK(counters.counts_at(kWidth + kMargin, 0, 100) == BinCounts{});
+    CHECK_FALSE(counters.contains(kWidth, 0));
+    CHECK(counters.counts_at(kWidth, 0, 100) == BinCounts{});
+    CHECK(counters.counts_at(-1, 0, 100) == BinCounts{});
   }
 
   TEST_CASE_FIXTURE(Fixture, "clear forgets events, losses and how late it was") {
