@@ -19,14 +19,17 @@ constexpr int kMaxSide_px = 16384;
 constexpr int kMaxPixels = 1 << 24;
 constexpr auto kOutsideBits = std::bit_cast<std::int32_t>(kOutsideGrid);
 
-/// x and y in the two halves of each lane.
-Ints pixels_of(const Event* events) noexcept {
+/// x and y of four events, in the two halves of each lane.
+inline Ints pixels_of(const Event* events) noexcept {
   // The second 8 bytes of an event are x, y, polarity and padding.
   static_assert(offsetof(Event, x_px) == 8 && offsetof(Event, y_px) == 10);
-  Ints e[4];
-  std::memcpy(e, events, sizeof(e));
-  const Ints low = lanes::shuffle<2, 6, 2, 6>(e[0], e[1]);
-  const Ints high = lanes::shuffle<2, 6, 2, 6>(e[2], e[3]);
+  const auto load = [&](std::size_t i) {
+    Ints bytes;
+    std::memcpy(&bytes, events + i, sizeof(bytes));
+    return bytes;
+  };
+  const Ints low = lanes::shuffle<2, 6, 3, 7>(load(0), load(1));
+  const Ints high = lanes::shuffle<2, 6, 3, 7>(load(2), load(3));
   return lanes::shuffle<0, 1, 4, 5>(low, high);
 }
 
@@ -64,9 +67,9 @@ struct Sensor {
   int width, height;
 
   /// x and y of the bearing at a pixel, as they lie in memory.
-  [[nodiscard]] double bearing(std::int32_t index) const noexcept {
+  [[nodiscard]] double bearing(std::uint32_t index) const noexcept {
     double pair = 0.0;
-    std::memcpy(&pair, bearings_xy + 2 * static_cast<std::ptrdiff_t>(index), sizeof(pair));
+    std::memcpy(&pair, bearings_xy + 2 * static_cast<std::size_t>(index), sizeof(pair));
     return pair;
   }
 };
@@ -80,7 +83,7 @@ inline Ints warp_four(const Ints& raw, const Sensor& sensor, const std::array<fl
   // Exact: build() sees to it that a sensor has at most 2^24 pixels.
   const Floats place = __builtin_convertvector(y, Floats) * static_cast<float>(sensor.width) +
                        __builtin_convertvector(x, Floats);
-  const Ints index = __builtin_convertvector(place, Ints) & on_sensor;
+  const auto index = lanes::as<lanes::Unsigneds>(__builtin_convertvector(place, Ints) & on_sensor);
   const Floats low = lanes::as<Floats>(Doubles{sensor.bearing(index[0]), sensor.bearing(index[1])});
   const Floats high =
       lanes::as<Floats>(Doubles{sensor.bearing(index[2]), sensor.bearing(index[3])});
