@@ -57,7 +57,8 @@ struct Bench {
         scratch(pixels.size()),
         grey(pixels.size()),
         arc_star(EventConfig{}) {
-    if (!table.build(Camera(camera), bearings) || !warp.build(table, rectified(camera))) std::abort();
+    if (!table.build(Camera(camera), bearings) || !warp.build(table, rectified(camera)))
+      std::abort();
   }
 
   [[nodiscard]] ImageView<std::uint8_t> picture() {
@@ -215,8 +216,7 @@ int main(int argc, char** argv) {
     measure(std::atoi(argv[1]), std::atoi(argv[2]), 1);
     return 0;
   }
-  for (const auto& size :
-       {limits::kDavis240, limits::kDavis346, limits::kVga, limits::kHd})
+  for (const auto& size : {limits::kDavis240, limits::kDavis346, limits::kVga, limits::kHd})
     measure(size.width_px, size.height_px, kRepeats);
   return 0;
 }

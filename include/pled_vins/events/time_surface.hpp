@@ -25,7 +25,7 @@ enum class HoleFill : std::uint8_t {
 /// Draws the active surface as an 8-bit picture at one instant: each pixel shows the age of its
 /// newest accepted event, of either polarity (of two with one stamp, ON). Events after t_ref count
 /// as of age 0. By table: 1024 steps over 6.24 eta, beyond which a value rounds to neutral; within
-/// 1 grey level of the formula. No allocation.
+/// 1.3 grey levels of the formula. No allocation.
 class TimeSurface {
  public:
   /// @param eta_ms  decay constant, within the limits of EventConfig::surface_decay_ms

@@ -39,8 +39,12 @@ struct EdgeStreamOptions {
   for (Edge& e : edges) {
     const double angle = 6.283185307179586 * unit(random);
     const double speed = 100.0 + 200.0 * unit(random);
-    e = {width * unit(random),     height * unit(random),    100.0 * std::cos(angle),
-         100.0 * std::sin(angle),  -speed * std::sin(angle), speed * std::cos(angle),
+    e = {width * unit(random),
+         height * unit(random),
+         100.0 * std::cos(angle),
+         100.0 * std::sin(angle),
+         -speed * std::sin(angle),
+         speed * std::cos(angle),
          unit(random) < 0.5 ? Polarity::kOff : Polarity::kOn};
   }
   const auto wrapped = [](double value, double size) {
