@@ -185,19 +185,25 @@ void EventWarp::warp_slice(std::span<const Event> events, const std::array<float
               (events.size() - i) * sizeof(WarpedPixel));
 }
 
-WarpedPixel EventWarp::warp_pixel(std::size_t pixel_index, const TurnSlices& slices,
-                                  std::size_t slice) const noexcept {
+std::optional<Eigen::Vector2f> EventWarp::carry_bearing(
+    float bx, float by, const std::array<float, 9>& R) const noexcept {
   const Grid grid{fx_px_,
                   fy_px_,
                   cx_px_,
                   cy_px_,
                   static_cast<float>(width_px_),
                   static_cast<float>(height_px_)};
-  const OnGrid<float> at = project(bearings_xy_[2 * pixel_index], bearings_xy_[2 * pixel_index + 1],
-                                   slices.R_ref_slice[slice], grid);
+  const OnGrid<float> at = project(bx, by, R, grid);
   if (!(at.z > 0.0F && at.u >= 0.0F && at.u < grid.width && at.v >= 0.0F && at.v < grid.height))
-    return kOutsideGrid;
-  return {static_cast<std::int16_t>(at.u), static_cast<std::int16_t>(at.v)};
+    return std::nullopt;
+  return Eigen::Vector2f(at.u - 0.5F, at.v - 0.5F);
+}
+
+std::optional<Eigen::Vector2f> EventWarp::carry_pixel(std::size_t pixel_index,
+                                                      const TurnSlices& slices,
+                                                      std::size_t slice) const noexcept {
+  return carry_bearing(bearings_xy_[2 * pixel_index], bearings_xy_[2 * pixel_index + 1],
+                       slices.R_ref_slice[slice]);
 }
 
 std::optional<Eigen::Vector2f> EventWarp::carry(const Eigen::Vector2f& raw_px, Timestamp t,
@@ -206,16 +212,7 @@ std::optional<Eigen::Vector2f> EventWarp::carry(const Eigen::Vector2f& raw_px, T
   if (slice == slices.count) return std::nullopt;
   const std::optional<Eigen::Vector2f> bearing = table_.lookup(raw_px.x(), raw_px.y());
   if (!bearing) return std::nullopt;
-  const Grid grid{fx_px_,
-                  fy_px_,
-                  cx_px_,
-                  cy_px_,
-                  static_cast<float>(width_px_),
-                  static_cast<float>(height_px_)};
-  const OnGrid<float> at = project(bearing->x(), bearing->y(), slices.R_ref_slice[slice], grid);
-  if (!(at.z > 0.0F && at.u >= 0.0F && at.u < grid.width && at.v >= 0.0F && at.v < grid.height))
-    return std::nullopt;
-  return Eigen::Vector2f(at.u - 0.5F, at.v - 0.5F);
+  return carry_bearing(bearing->x(), bearing->y(), slices.R_ref_slice[slice]);
 }
 
 }  // namespace pled

@@ -24,6 +24,12 @@ template <typename To, typename From>
   return Ints{value, value, value, value};
 }
 
+[[nodiscard]] inline Floats load(const float* four) noexcept {
+  Floats values;
+  std::memcpy(&values, four, sizeof(values));
+  return values;
+}
+
 template <int A, int B, int C, int D, typename V>
 [[nodiscard]] inline V shuffle(const V& a, const V& b) noexcept {
   return __builtin_shufflevector(a, b, A, B, C, D);

@@ -54,7 +54,7 @@ struct Bench {
         bearings(UndistortionTable::floats_needed(width_px, height_px)),
         warped(kEvents),
         time_surface(EventConfig{}.surface_decay_ms),
-        scratch(pixels.size()),
+        scratch(TimeSurface::floats_needed(width_px, height_px)),
         grey(pixels.size()),
         arc_star(EventConfig{}) {
     if (!table.build(Camera(camera), bearings) || !warp.build(table, rectified(camera)))
@@ -86,7 +86,7 @@ struct Bench {
   TurnSlices slices;
   std::vector<WarpedPixel> warped;
   TimeSurface time_surface;
-  std::vector<std::uint16_t> scratch;
+  std::vector<float> scratch;
   std::vector<std::uint8_t> grey;
   ArcStarDetector arc_star;
   FixedVector<EventCorner, limits::kMaxPoints> corners;
@@ -125,9 +125,10 @@ PLED_STAGE stage_time_surface_raw(Bench& b) {
 }
 
 PLED_STAGE stage_time_surface_carried(Bench& b) {
-  const Timestamp from = std::max(*b.turn.oldest(), b.t_frame - b.time_surface.horizon());
+  const Timestamp from =
+      std::max(*b.turn.oldest(), b.t_frame - b.time_surface.reach(Meeting::kBlended));
   if (!b.turn.slices(b.t_frame, from, b.t_frame, b.warp.slice_error_rad(), b.slices)) std::abort();
-  b.time_surface.render(b.surface, b.warp, b.slices, SurfaceTone::kSigned, HoleFill::kBetween,
+  b.time_surface.render(b.surface, b.warp, b.slices, SurfaceTone::kSigned, Meeting::kBlended,
                         b.scratch, b.picture());
 }
 

@@ -62,16 +62,19 @@ class EventWarp {
   void warp(std::span<const Event> events, const TurnSlices& slices,
             std::span<WarpedPixel> out) const noexcept;
 
-  /// The same for one pixel of the sensor (inside it) and slice (< slices.count).
-  [[nodiscard]] WarpedPixel warp_pixel(std::size_t pixel_index, const TurnSlices& slices,
-                                       std::size_t slice) const noexcept;
+  /// Where the grid has a pixel of the sensor (inside it) seen in a slice (< slices.count), not
+  /// rounded; nullopt where warp() would say kOutsideGrid.
+  [[nodiscard]] std::optional<Eigen::Vector2f> carry_pixel(std::size_t pixel_index,
+                                                           const TurnSlices& slices,
+                                                           std::size_t slice) const noexcept;
 
-  /// Where the grid has the point that was seen in the raw pixel at t, not rounded; nullopt where
-  /// warp() would say kOutsideGrid.
+  /// The same for any point of the raw picture at a time.
   [[nodiscard]] std::optional<Eigen::Vector2f> carry(const Eigen::Vector2f& raw_px, Timestamp t,
                                                      const TurnSlices& slices) const noexcept;
 
  private:
+  [[nodiscard]] std::optional<Eigen::Vector2f> carry_bearing(
+      float bx, float by, const std::array<float, 9>& R) const noexcept;
   void warp_slice(std::span<const Event> events, const std::array<float, 9>& R,
                   std::span<WarpedPixel> out) const noexcept;
 

@@ -19,14 +19,14 @@ struct Picture {
       : width(width_px),
         height(height_px),
         grey(static_cast<std::size_t>(width) * static_cast<std::size_t>(height), 77),
-        scratch(grey.size(), 0xAAAA) {}
+        scratch(TimeSurface::floats_needed(width, height), 1e30F) {}
   [[nodiscard]] ImageView<std::uint8_t> view() { return {grey.data(), width, height, width}; }
   [[nodiscard]] int at(int y, int x) const { return grey[static_cast<std::size_t>(y * width + x)]; }
 
   int width;
   int height;
   std::vector<std::uint8_t> grey;
-  std::vector<std::uint16_t> scratch;
+  std::vector<float> scratch;
 };
 
 /// Half a step of the table is 0.8 grey levels where the picture is brightest, and rounding 0.5.
@@ -50,10 +50,8 @@ CameraCalibration pinhole() {
 
 /// A surface of moving edges seen by a turning camera, and everything that carries it.
 struct Scene {
-  explicit Scene(double eta_ms = 20.0)
-      : surface(120, 90),
-        bearings(UndistortionTable::floats_needed(120, 90)),
-        time_surface(eta_ms) {
+  Scene()
+      : surface(120, 90), bearings(UndistortionTable::floats_needed(120, 90)), time_surface(20.0) {
     support::EdgeStreamOptions options;
     options.width_px = 120;
     options.height_px = 90;
@@ -67,8 +65,27 @@ struct Scene {
     const support::TurningBody body{0.8, 0.05, 2.0};
     turn.extend(body.samples(0, 310'000, 1000), Eigen::Vector3d::Zero(),
                 Eigen::Quaterniond::Identity());
-    const Timestamp from = std::max(t_ref - time_surface.horizon(), *turn.oldest());
+    const Timestamp from = std::max(t_ref - time_surface.reach(Meeting::kNewest), *turn.oldest());
     REQUIRE(turn.slices(t_ref, from, t_ref, warp.slice_error_rad(), slices));
+  }
+
+  /// Calls visit(place on the grid, stamp, ON) for each pixel's newest event of either polarity
+  /// that is younger than `reach` and falls into the grid.
+  template <typename Visit>
+  void each_carried(Duration reach, const Visit& visit) const {
+    for (int y = 0; y < 90; ++y) {
+      for (int x = 0; x < 120; ++x) {
+        for (const Polarity p : {Polarity::kOff, Polarity::kOn}) {
+          const std::optional<Timestamp> t = surface.surface.filtered(x, y, p);
+          if (!t || t_ref - *t >= reach) continue;
+          const std::size_t slice = slices.index(t->us);
+          if (slice == slices.count) continue;
+          const std::optional<Eigen::Vector2f> at =
+              warp.carry_pixel(static_cast<std::size_t>(y * 120 + x), slices, slice);
+          if (at) visit(*at, t->us, p == Polarity::kOn);
+        }
+      }
+    }
   }
 
   support::OwnedSurface surface;
@@ -163,34 +180,29 @@ TEST_SUITE("events.time_surface") {
     owned.surface.insert(support::busy_stream(2, 20'000, 40, 30, 0));
     const Timestamp newest = *owned.surface.newest();
     CHECK(!all_neutral(newest));
-    CHECK(all_neutral(newest + time_surface.horizon()));
+    CHECK(all_neutral(newest + time_surface.reach(Meeting::kNewest)));
     // Where 32-bit ages have wrapped round.
     CHECK(all_neutral(newest + Duration{std::int64_t{1} << 32}));
     CHECK(all_neutral(newest - Duration{std::int64_t{1} << 32}));
   }
 
-  TEST_CASE("the carried picture is that of each pixel's newest event, carried; the newest wins") {
+  TEST_CASE("the carried picture is that of each pixel's newest events, carried; the newest wins") {
     const auto s = std::make_unique<Scene>();
     struct Cell {
       std::int64_t t_us = -1;
       bool on = false;
     };
     std::vector<Cell> want(120 * 90);
-    for (int y = 0; y < 90; ++y) {
-      for (int x = 0; x < 120; ++x) {
-        const Newest newest = newest_of(s->surface.surface, x, y);
-        if (!newest.t_us || s->slices.index(*newest.t_us) == s->slices.count) continue;
-        const WarpedPixel at = s->warp.warp_pixel(static_cast<std::size_t>(y * 120 + x), s->slices,
-                                                  s->slices.index(*newest.t_us));
-        if (at == kOutsideGrid) continue;
-        Cell& cell = want[static_cast<std::size_t>(at.y_px * 120 + at.x_px)];
-        if (*newest.t_us > cell.t_us || (*newest.t_us == cell.t_us && newest.on))
-          cell = {*newest.t_us, newest.on};
-      }
-    }
+    s->each_carried(s->time_surface.reach(Meeting::kNewest),
+                    [&](const Eigen::Vector2f& at, std::int64_t t_us, bool on) {
+                      const auto x = static_cast<int>(std::floor(at.x() + 0.5F));
+                      const auto y = static_cast<int>(std::floor(at.y() + 0.5F));
+                      Cell& cell = want[static_cast<std::size_t>(y * 120 + x)];
+                      if (t_us > cell.t_us || (t_us == cell.t_us && on)) cell = {t_us, on};
+                    });
     for (const SurfaceTone tone : {SurfaceTone::kSigned, SurfaceTone::kUnsigned}) {
       Picture picture(120, 90);
-      REQUIRE(s->time_surface.render(s->surface.surface, s->warp, s->slices, tone, HoleFill::kNone,
+      REQUIRE(s->time_surface.render(s->surface.surface, s->warp, s->slices, tone, Meeting::kNewest,
                                      picture.scratch, picture.view()));
       std::size_t off_by_more = 0;
       for (int y = 0; y < 90; ++y) {
@@ -202,8 +214,7 @@ TEST_SUITE("events.time_surface") {
               std::abs(picture.at(y, x) - formula(tone, age_us, cell.on, 20.0)) > kWithin ? 1U : 0U;
         }
       }
-      // Stamps within 4 us of each other are one: then ON wins.
-      CHECK(off_by_more <= 3);
+      CHECK(off_by_more == 0);
     }
   }
 
@@ -223,7 +234,7 @@ TEST_SUITE("events.time_surface") {
     }
     Picture picture(120, 90);
     REQUIRE(s->time_surface.render(s->surface.surface, s->warp, s->slices, SurfaceTone::kUnsigned,
-                                   HoleFill::kNone, picture.scratch, picture.view()));
+                                   Meeting::kNewest, picture.scratch, picture.view()));
     double difference = 0.0;
     double total = 0.0;
     std::size_t missing = 0;
@@ -241,34 +252,60 @@ TEST_SUITE("events.time_surface") {
     CHECK(static_cast<double>(missing) < 0.25 * static_cast<double>(lit));
   }
 
-  TEST_CASE("a hole between two opposite neighbours takes the newer; nothing else is touched") {
-    // So slow a decay that what has fired can be told from what has not.
-    const auto s = std::make_unique<Scene>(70.0);
-    Picture plain(120, 90);
-    Picture filled(120, 90);
-    REQUIRE(s->time_surface.render(s->surface.surface, s->warp, s->slices, SurfaceTone::kUnsigned,
-                                   HoleFill::kNone, plain.scratch, plain.view()));
-    REQUIRE(s->time_surface.render(s->surface.surface, s->warp, s->slices, SurfaceTone::kUnsigned,
-                                   HoleFill::kBetween, filled.scratch, filled.view()));
-    std::size_t holes = 0;
-    for (int y = 0; y < 90; ++y) {
-      for (int x = 0; x < 120; ++x) {
-        int want = plain.at(y, x);
-        const bool inner = x > 0 && y > 0 && x < 119 && y < 89;
-        if (want == 0 && inner) {
-          const int row = std::min(plain.at(y, x - 1), plain.at(y, x + 1)) == 0
-                              ? 0
-                              : std::max(plain.at(y, x - 1), plain.at(y, x + 1));
-          const int column = std::min(plain.at(y - 1, x), plain.at(y + 1, x)) == 0
-                                 ? 0
-                                 : std::max(plain.at(y - 1, x), plain.at(y + 1, x));
-          want = std::max(row, column);
-          holes += want != 0 ? 1U : 0U;
+  TEST_CASE("the blended picture is the mean that its definition says, within 1.5 levels") {
+    const auto s = std::make_unique<Scene>();
+    for (const SurfaceTone tone : {SurfaceTone::kSigned, SurfaceTone::kUnsigned}) {
+      struct Sums {
+        double w = 0.0, we = 0.0, moment = 0.0;
+      };
+      std::vector<Sums> sums(120 * 90);
+      s->each_carried(s->time_surface.reach(Meeting::kBlended), [&](const Eigen::Vector2f& at,
+                                                                    std::int64_t t_us, bool on) {
+        const double e = std::exp(-static_cast<double>(s->t_ref.us - t_us) / 20'000.0);
+        for (int y = 0; y < 90; ++y) {
+          const double wy = 1.0 - std::abs(static_cast<double>(at.y()) - y);
+          if (wy <= 0.0) continue;
+          for (int x = 0; x < 120; ++x) {
+            const double w = wy * (1.0 - std::abs(static_cast<double>(at.x()) - x));
+            if (w <= 0.0) continue;
+            Sums& cell = sums[static_cast<std::size_t>(y * 120 + x)];
+            cell.w += w;
+            cell.we += w * e;
+            cell.moment += w * e * (on || tone == SurfaceTone::kUnsigned ? e : -e);
+          }
         }
-        REQUIRE(filled.at(y, x) == want);
+      });
+      Picture picture(120, 90);
+      REQUIRE(s->time_surface.render(s->surface.surface, s->warp, s->slices, tone,
+                                     Meeting::kBlended, picture.scratch, picture.view()));
+      std::size_t lit = 0;
+      for (std::size_t i = 0; i < sums.size(); ++i) {
+        const double mean =
+            sums[i].we > 0.0 ? sums[i].moment / sums[i].we * std::min(sums[i].w, 1.0) : 0.0;
+        const double want = tone == SurfaceTone::kSigned ? 127.5 * (1.0 + mean) : 255.0 * mean;
+        REQUIRE(std::abs(picture.grey[i] - want) <= 1.5);
+        lit += std::abs(mean) > 0.1 ? 1U : 0U;
       }
+      CHECK(lit > 2000);
     }
-    CHECK(holes > 50);
+  }
+
+  TEST_CASE("on the edge of the grid a blended event loses what falls beyond, and nothing breaks") {
+    const auto s = std::make_unique<Scene>();
+    support::OwnedSurface ring(120, 90);
+    std::vector<Event> events;
+    for (int x = 0; x < 120; ++x)
+      for (const int y : {0, 89}) events.push_back(support::event_at(299'990, x, y));
+    for (int y = 0; y < 90; ++y)
+      for (const int x : {0, 119}) events.push_back(support::event_at(299'990, x, y));
+    ring.surface.insert(events);
+    Picture picture(120, 90);
+    REQUIRE(s->time_surface.render(ring.surface, s->warp, s->slices, SurfaceTone::kSigned,
+                                   Meeting::kBlended, picture.scratch, picture.view()));
+    CHECK(picture.at(0, 60) > 240);
+    CHECK(picture.at(89, 60) > 240);
+    CHECK(picture.at(45, 0) > 240);
+    CHECK(picture.at(45, 60) == 128);
   }
 
   TEST_CASE("a picture or scratch of the wrong size is refused and left alone") {
@@ -277,10 +314,10 @@ TEST_SUITE("events.time_surface") {
     CHECK(
         !s->time_surface.render(s->surface.surface, s->t_ref, SurfaceTone::kSigned, small.view()));
     CHECK(!s->time_surface.render(s->surface.surface, s->warp, s->slices, SurfaceTone::kSigned,
-                                  HoleFill::kNone, small.scratch, small.view()));
+                                  Meeting::kNewest, small.scratch, small.view()));
     Picture right(120, 90);
     CHECK(!s->time_surface.render(s->surface.surface, s->warp, s->slices, SurfaceTone::kSigned,
-                                  HoleFill::kNone, std::span(right.scratch).first(119 * 90),
+                                  Meeting::kNewest, std::span(right.scratch).first(4 * 119 * 90),
                                   right.view()));
     for (const std::uint8_t g : right.grey) REQUIRE(g == 77);
     for (const std::uint8_t g : small.grey) REQUIRE(g == 77);
