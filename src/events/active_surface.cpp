@@ -1,6 +1,7 @@
 #include "pled_vins/events/active_surface.hpp"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <cstddef>
 #include <cstring>
@@ -26,6 +27,24 @@ std::uint32_t fired(std::uint32_t polarity) noexcept {
 }
 
 std::uint32_t low32(std::int64_t t_us) noexcept { return static_cast<std::uint32_t>(t_us); }
+
+/// The rate meter, after an event: a tank that each event fills by one period and time drains. The
+/// flags below it stay as they are.
+std::uint32_t metered(std::uint32_t state, std::uint32_t age_us, std::uint32_t period) noexcept {
+  const std::uint64_t drain = std::uint64_t{age_us} << kBacklogShift;
+  std::uint64_t drained = 0;
+  if (__builtin_sub_overflow(std::uint64_t{state}, drain, &drained)) drained = state & kFlags;
+  return static_cast<std::uint32_t>(drained) + period;
+}
+
+/// RecentEvent::packed: x and y lie side by side in an event.
+std::uint32_t packed(const Event& e, std::uint32_t polarity) noexcept {
+  static_assert(offsetof(Event, y_px) == offsetof(Event, x_px) + 2);
+  static_assert(std::endian::native == std::endian::little);
+  std::uint32_t xy = 0;
+  std::memcpy(&xy, reinterpret_cast<const char*>(&e) + offsetof(Event, x_px), sizeof(xy));
+  return xy | polarity << 31;
+}
 
 }  // namespace
 
@@ -66,7 +85,6 @@ void ActiveSurface::insert(std::span<const Event> events,
 
 template <bool kTell>
 void ActiveSurface::insert_all(std::span<const Event> events, EventVerdict* verdicts) noexcept {
-  static_assert(offsetof(Event, x_px) == 8 && offsetof(Event, y_px) == 10);
   // Copies, which no store to a pixel can change.
   SurfacePixel* const pixels = pixels_.data();
   const auto width = static_cast<std::uint32_t>(width_px_);
@@ -104,12 +122,7 @@ void ActiveSurface::insert_all(std::span<const Event> events, EventVerdict* verd
 
     const std::uint32_t accepted = static_cast<std::uint32_t>((state >> p & 1U) == 0) |
                                    static_cast<std::uint32_t>(age > redundant_us);
-    // The rate meter: a tank that each event fills by one period and time drains. The flags below
-    // it stay as they are.
-    const std::uint64_t drain = std::uint64_t{age} << kBacklogShift;
-    std::uint64_t drained = 0;
-    if (__builtin_sub_overflow(std::uint64_t{state}, drain, &drained)) drained = state & kFlags;
-    state = static_cast<std::uint32_t>(drained) + period;
+    state = metered(state, age, period);
     if (state > hot) [[unlikely]] {
       pixel.state = hot_state(state, p);
       ++counts_.hot;
@@ -122,9 +135,7 @@ void ActiveSurface::insert_all(std::span<const Event> events, EventVerdict* verd
     const std::uint32_t before = filtered;
     filtered = __builtin_expect_with_probability(accepted != 0, 1, 0.5) ? t : before;
     // Written in any case, but part of the ring only when accepted.
-    std::uint32_t packed = 0;
-    std::memcpy(&packed, &e.x_px, sizeof(packed));
-    ring_[head % limits::kEventRing] = {t, packed | p << 31};
+    ring_[head % limits::kEventRing] = {t, packed(e, p)};
     head += accepted;
     tell(accepted != 0 ? EventVerdict::kAccepted : EventVerdict::kRedundant);
   }

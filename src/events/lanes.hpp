@@ -20,10 +20,6 @@ template <typename To, typename From>
   return to;
 }
 
-[[nodiscard]] inline Ints all(std::int32_t value) noexcept {
-  return Ints{value, value, value, value};
-}
-
 [[nodiscard]] inline Floats load(const float* four) noexcept {
   Floats values;
   std::memcpy(&values, four, sizeof(values));

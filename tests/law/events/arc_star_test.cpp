@@ -78,6 +78,32 @@ TEST_SUITE("events.arc_star") {
     CHECK(corners < tested / 2);
   }
 
+  TEST_CASE("a mirrored surface, where ties fall the other way, has the mirrored corners") {
+    std::size_t corners = 0;
+    for (std::uint64_t seed = 1; seed <= 20; ++seed) {
+      std::mt19937_64 random(seed);
+      std::vector<std::int64_t> stamps_us(kSize * kSize);
+      for (std::size_t i = 0; i < stamps_us.size(); ++i)  // slopes in coarse steps, and noise
+        stamps_us[i] =
+            static_cast<std::int64_t>((i % 20 * 3 + i / kSize % 23 * 2 + random() % seed) / 4);
+      support::OwnedSurface plain(kSize, kSize);
+      support::OwnedSurface mirrored(kSize, kSize);
+      const auto stamp = [&](int x, int y) {
+        return stamps_us[static_cast<std::size_t>(y * kSize + x)];
+      };
+      draw(plain.surface, stamp);
+      draw(mirrored.surface, [&](int x, int y) { return stamp(kSize - 1 - x, y); });
+      for (int y = 4; y < kSize - 4; ++y) {
+        for (int x = 4; x < kSize - 4; ++x) {
+          const bool corner = is_arc_star(plain.surface, x, y, Polarity::kOn);
+          REQUIRE(is_arc_star(mirrored.surface, kSize - 1 - x, y, Polarity::kOn) == corner);
+          corners += corner ? 1U : 0U;
+        }
+      }
+    }
+    CHECK(corners > 100);
+  }
+
   TEST_CASE("it agrees with the definition when stamps have wrapped round") {
     support::OwnedSurface owned(kSize, kSize);
     std::mt19937_64 random(5);
