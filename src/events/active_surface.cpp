@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <cstddef>
 #include <cstring>
 
 #include "pled_vins/core/check.hpp"
@@ -15,11 +16,35 @@ constexpr std::int64_t kMaxInstant_us = std::int64_t{1} << 62;
 
 // Bits of SurfacePixel::state.
 constexpr std::uint32_t kLastOff = 1;
+constexpr std::uint32_t kLastBoth = 3;
 constexpr std::uint32_t kFilteredOff = 4;
-constexpr std::uint32_t kFilteredBoth = 12;
-constexpr int kBacklogShift = 16;
+constexpr std::uint32_t kFlags = 15;
+constexpr int kBacklogShift = 4;
+
+/// What an event of a polarity sets: (kLastOff | kFilteredOff) << polarity.
+std::uint32_t fired(std::uint32_t polarity) noexcept {
+  return (kLastOff | kFilteredOff) + (kLastOff | kFilteredOff) * polarity;
+}
 
 std::uint32_t low32(std::int64_t t_us) noexcept { return static_cast<std::uint32_t>(t_us); }
+
+/// The rate meter, after an event: a tank that each event fills by one period and time drains. The
+/// flags below it stay as they are.
+std::uint32_t metered(std::uint32_t state, std::uint32_t age_us, std::uint32_t period) noexcept {
+  const std::uint64_t drain = std::uint64_t{age_us} << kBacklogShift;
+  std::uint64_t drained = 0;
+  if (__builtin_sub_overflow(std::uint64_t{state}, drain, &drained)) drained = state & kFlags;
+  return static_cast<std::uint32_t>(drained) + period;
+}
+
+/// RecentEvent::packed: x and y lie side by side in an event.
+std::uint32_t packed(const Event& e, std::uint32_t polarity) noexcept {
+  static_assert(offsetof(Event, y_px) == offsetof(Event, x_px) + 2);
+  static_assert(std::endian::native == std::endian::little);
+  std::uint32_t xy = 0;
+  std::memcpy(&xy, reinterpret_cast<const char*>(&e) + offsetof(Event, x_px), sizeof(xy));
+  return xy | polarity << 31;
+}
 
 }  // namespace
 
@@ -65,59 +90,63 @@ void ActiveSurface::insert_all(std::span<const Event> events, EventVerdict* verd
   const auto width = static_cast<std::uint32_t>(width_px_);
   const auto height = static_cast<std::uint32_t>(height_px_);
   const std::uint32_t redundant_us = redundant_us_;
-  const std::uint32_t period_us = hot_period_us_;
-  const std::uint32_t hot_us = hot_backlog_us_;
+  const std::uint32_t period = hot_period_us_ << kBacklogShift;
+  const std::uint32_t hot = hot_backlog_us_ << kBacklogShift | kFlags;
   std::uint64_t head = head_;
+  const auto tell = [&](EventVerdict verdict) {
+    if constexpr (kTell) *verdicts++ = verdict;
+  };
   for (const Event& e : events) {
     const std::int64_t t_us = e.t.us;
     const std::uint32_t x = e.x_px;
     const std::uint32_t y = e.y_px;
     if (x >= width || y >= height) [[unlikely]] {
       ++counts_.outside;
-      if constexpr (kTell) *verdicts++ = EventVerdict::kDropped;
+      tell(EventVerdict::kDropped);
       continue;
     }
     if (t_us < newest_us_ || t_us >= horizon_us_) [[unlikely]] {
       head_ = head;
-      const auto number = static_cast<std::uint64_t>(&e - events.data());
-      if (!admit(t_us, counts_.in + number)) {
-        if constexpr (kTell) *verdicts++ = EventVerdict::kDropped;
+      if (!admit(t_us, counts_.in + static_cast<std::uint64_t>(&e - events.data()))) {
+        tell(EventVerdict::kDropped);
         continue;
       }
     }
     newest_us_ = t_us;
     const std::uint32_t t = low32(t_us);
-    const auto p = static_cast<std::uint32_t>(e.polarity == Polarity::kOn);
+    const auto p = static_cast<std::uint32_t>(e.polarity);
     SurfacePixel& pixel = pixels[y * width + x];
-    const std::uint32_t state = pixel.state;
+    std::uint32_t state = pixel.state;
     const std::uint32_t age = t - pixel.last_us;
     pixel.last_us = t;
 
-    // The rate meter: a tank that each event fills by one period and time drains.
-    std::uint32_t backlog = state >> kBacklogShift;
-    backlog = (backlog > age ? backlog - age : 0) + period_us;
-    if (backlog > hot_us) [[unlikely]] {
-      // Twice the limit at most, so that a pixel must rest before it is heard again.
-      backlog = std::min(backlog, 2 * hot_us);
-      pixel.state = (state & kFilteredBoth) | (kLastOff << p) | backlog << kBacklogShift;
+    const std::uint32_t accepted = static_cast<std::uint32_t>((state >> p & 1U) == 0) |
+                                   static_cast<std::uint32_t>(age > redundant_us);
+    state = metered(state, age, period);
+    if (state > hot) [[unlikely]] {
+      pixel.state = hot_state(state, p);
       ++counts_.hot;
-      if constexpr (kTell) *verdicts++ = EventVerdict::kHot;
+      tell(EventVerdict::kHot);
       continue;
     }
-    const auto repeats = static_cast<std::uint32_t>((state >> p & 1U) != 0);
-    const std::uint32_t accepted = (repeats ^ 1U) | static_cast<std::uint32_t>(age > redundant_us);
-    pixel.state = (state & kFilteredBoth) | ((kLastOff | accepted * kFilteredOff) << p) |
-                  backlog << kBacklogShift;
+    pixel.state = (state & ~kLastBoth) | fired(p);
+    // Half of the events are redundant, without a pattern: a branch would be mispredicted.
     std::uint32_t& filtered = pixel.filtered_us[p];
-    filtered = accepted != 0 ? t : filtered;
-    // Written in any case, but part of the ring only when accepted: no branch to mispredict.
-    ring_[head % limits::kEventRing] = {t, e.x_px, static_cast<std::uint16_t>(y | p << 15)};
+    const std::uint32_t before = filtered;
+    filtered = __builtin_expect_with_probability(accepted != 0, 1, 0.5) ? t : before;
+    // Written in any case, but part of the ring only when accepted.
+    ring_[head % limits::kEventRing] = {t, packed(e, p)};
     head += accepted;
-    if constexpr (kTell)
-      *verdicts++ = accepted != 0 ? EventVerdict::kAccepted : EventVerdict::kRedundant;
+    tell(accepted != 0 ? EventVerdict::kAccepted : EventVerdict::kRedundant);
   }
   head_ = head;
   counts_.in += events.size();
+}
+
+std::uint32_t ActiveSurface::hot_state(std::uint32_t state, std::uint32_t polarity) const noexcept {
+  // Twice the limit at most, so that a pixel must rest before it is heard again.
+  const std::uint32_t backlog_us = std::min(state >> kBacklogShift, 2 * hot_backlog_us_);
+  return backlog_us << kBacklogShift | (state & kFlags & ~kLastBoth) | kLastOff << polarity;
 }
 
 bool ActiveSurface::admit(std::int64_t t_us, std::uint64_t number) noexcept {
@@ -160,8 +189,10 @@ void ActiveSurface::sweep_row(int y, std::uint32_t now_us) noexcept {
       pixel = SurfacePixel{};
       continue;
     }
-    for (std::size_t p = 0; p < 2; ++p) {
-      if (now_us - pixel.filtered_us[p] > kStale_us) pixel.state &= ~(kFilteredOff << p);
+    // A pixel that fires on, with one polarity and nothing but redundant events: its stamp stays
+    // old instead of wrapping round.
+    for (std::uint32_t& stamp : pixel.filtered_us) {
+      if (now_us - stamp > kStale_us) stamp = now_us - kStale_us;
     }
   }
 }

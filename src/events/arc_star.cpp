@@ -126,7 +126,7 @@ void ArcStarDetector::detect(const ActiveSurface& surface, Timestamp t_ref,
     const RecentEvent& e = surface.recent(i);
     const Timestamp t = surface.full_stamp(e.t_us);
     if (t_ref - t > Duration{max_age_us_}) return;  // and so are all that follow
-    const int x = e.x_px;
+    const int x = e.x_px();
     const int y = e.y_px();
     const std::size_t p = e.polarity();
     if (!inside_border(surface, x, y)) continue;

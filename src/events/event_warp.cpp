@@ -19,14 +19,17 @@ constexpr int kMaxSide_px = 16384;
 constexpr int kMaxPixels = 1 << 24;
 constexpr auto kOutsideBits = std::bit_cast<std::int32_t>(kOutsideGrid);
 
-/// x and y in the two halves of each lane.
-Ints pixels_of(const Event* events) noexcept {
+/// x and y of four events, in the two halves of each lane.
+inline Ints pixels_of(const Event* events) noexcept {
   // The second 8 bytes of an event are x, y, polarity and padding.
   static_assert(offsetof(Event, x_px) == 8 && offsetof(Event, y_px) == 10);
-  Ints e[4];
-  std::memcpy(e, events, sizeof(e));
-  const Ints low = lanes::shuffle<2, 6, 2, 6>(e[0], e[1]);
-  const Ints high = lanes::shuffle<2, 6, 2, 6>(e[2], e[3]);
+  const auto load = [&](std::size_t i) {
+    Ints bytes;
+    std::memcpy(&bytes, events + i, sizeof(bytes));
+    return bytes;
+  };
+  const Ints low = lanes::shuffle<2, 6, 3, 7>(load(0), load(1));
+  const Ints high = lanes::shuffle<2, 6, 3, 7>(load(2), load(3));
   return lanes::shuffle<0, 1, 4, 5>(low, high);
 }
 
@@ -36,58 +39,35 @@ double corner_radius_squared(const CameraCalibration& grid) noexcept {
   return x * x + y * y;
 }
 
-/// A bearing turned by R, on the grid. T: one float or four.
-template <typename T>
-struct OnGrid {
-  T u;
-  T v;
-  T z;
-};
-
-struct Grid {
-  float fx, fy, cx, cy;
-  float width, height;
-};
-
-template <typename T>
-inline OnGrid<T> project(const T& bx, const T& by, const std::array<float, 9>& R,
-                         const Grid& g) noexcept {
-  const T z = R[6] * bx + R[7] * by + R[8];
-  const T inverse = 1.0F / z;
-  const T x = R[0] * bx + R[1] * by + R[2];
-  const T y = R[3] * bx + R[4] * by + R[5];
-  return {g.fx * x * inverse + g.cx, g.fy * y * inverse + g.cy, z};
-}
-
 struct Sensor {
   const float* bearings_xy;
   int width, height;
 
   /// x and y of the bearing at a pixel, as they lie in memory.
-  [[nodiscard]] double bearing(std::int32_t index) const noexcept {
+  [[nodiscard]] double bearing(std::uint32_t index) const noexcept {
     double pair = 0.0;
-    std::memcpy(&pair, bearings_xy + 2 * static_cast<std::ptrdiff_t>(index), sizeof(pair));
+    std::memcpy(&pair, bearings_xy + 2 * static_cast<std::size_t>(index), sizeof(pair));
     return pair;
   }
 };
 
 /// Raw pixels, x and y in the halves of each lane, to pixels of the grid, packed alike.
 inline Ints warp_four(const Ints& raw, const Sensor& sensor, const std::array<float, 9>& R,
-                      const Grid& g) noexcept {
+                      const PinholeGrid& grid) noexcept {
   const Ints x = raw & 0xFFFF;
   const Ints y = lanes::as<Ints>(lanes::as<lanes::Unsigneds>(raw) >> 16U);
   const Ints on_sensor = (x < sensor.width) & (y < sensor.height);
   // Exact: build() sees to it that a sensor has at most 2^24 pixels.
   const Floats place = __builtin_convertvector(y, Floats) * static_cast<float>(sensor.width) +
                        __builtin_convertvector(x, Floats);
-  const Ints index = __builtin_convertvector(place, Ints) & on_sensor;
+  const auto index = lanes::as<lanes::Unsigneds>(__builtin_convertvector(place, Ints) & on_sensor);
   const Floats low = lanes::as<Floats>(Doubles{sensor.bearing(index[0]), sensor.bearing(index[1])});
   const Floats high =
       lanes::as<Floats>(Doubles{sensor.bearing(index[2]), sensor.bearing(index[3])});
-  const OnGrid<Floats> at = project<Floats>(lanes::shuffle<0, 2, 4, 6>(low, high),
-                                            lanes::shuffle<1, 3, 5, 7>(low, high), R, g);
-  const Ints inside = on_sensor & (at.z > 0.0F) & (at.u >= 0.0F) & (at.u < g.width) &
-                      (at.v >= 0.0F) & (at.v < g.height);
+  const PinholeGrid::Point<Floats> at = grid.project<Floats>(
+      lanes::shuffle<0, 2, 4, 6>(low, high), lanes::shuffle<1, 3, 5, 7>(low, high), R);
+  const Ints inside = on_sensor & (at.z > 0.0F) & (at.u >= 0.0F) & (at.u < grid.width_px) &
+                      (at.v >= 0.0F) & (at.v < grid.height_px);
   const auto truncated = [&](const Floats& value) {
     return __builtin_convertvector(lanes::as<Floats>(lanes::as<Ints>(value) & inside), Ints);
   };
@@ -122,10 +102,9 @@ bool EventWarp::build(const UndistortionTable& table, const CameraCalibration& g
   sensor_height_px_ = table.height_px();
   width_px_ = grid.width_px;
   height_px_ = grid.height_px;
-  fx_px_ = static_cast<float>(grid.fx_px);
-  fy_px_ = static_cast<float>(grid.fy_px);
-  cx_px_ = static_cast<float>(grid.cx_px + 0.5);
-  cy_px_ = static_cast<float>(grid.cy_px + 0.5);
+  grid_ = {static_cast<float>(grid.fx_px),       static_cast<float>(grid.fy_px),
+           static_cast<float>(grid.cx_px + 0.5), static_cast<float>(grid.cy_px + 0.5),
+           static_cast<float>(grid.width_px),    static_cast<float>(grid.height_px)};
   // A turn by one radian moves a point by f (1 + r^2) at most.
   const double stretch = 1.0 + std::min(corner_radius_squared(grid), 1.0);
   slice_error_rad_ = kMaxSliceError_px / (mean_focal_px(grid) * stretch);
@@ -162,12 +141,7 @@ void EventWarp::warp_slice(std::span<const Event> events, const std::array<float
   // Copies, which no store through `out` can change.
   const std::array<float, 9> turn = R;
   const Sensor sensor{bearings_xy_, sensor_width_px_, sensor_height_px_};
-  const Grid grid{fx_px_,
-                  fy_px_,
-                  cx_px_,
-                  cy_px_,
-                  static_cast<float>(width_px_),
-                  static_cast<float>(height_px_)};
+  const PinholeGrid grid = grid_;
   const std::size_t fours = events.size() / 4 * 4;
   std::size_t i = 0;
   for (; i < fours; i += 4) {
@@ -182,37 +156,13 @@ void EventWarp::warp_slice(std::span<const Event> events, const std::array<float
               (events.size() - i) * sizeof(WarpedPixel));
 }
 
-WarpedPixel EventWarp::warp_pixel(std::size_t pixel_index, const TurnSlices& slices,
-                                  std::size_t slice) const noexcept {
-  const Grid grid{fx_px_,
-                  fy_px_,
-                  cx_px_,
-                  cy_px_,
-                  static_cast<float>(width_px_),
-                  static_cast<float>(height_px_)};
-  const OnGrid<float> at = project(bearings_xy_[2 * pixel_index], bearings_xy_[2 * pixel_index + 1],
-                                   slices.R_ref_slice[slice], grid);
-  if (!(at.z > 0.0F && at.u >= 0.0F && at.u < grid.width && at.v >= 0.0F && at.v < grid.height))
-    return kOutsideGrid;
-  return {static_cast<std::int16_t>(at.u), static_cast<std::int16_t>(at.v)};
-}
-
 std::optional<Eigen::Vector2f> EventWarp::carry(const Eigen::Vector2f& raw_px, Timestamp t,
                                                 const TurnSlices& slices) const noexcept {
   const std::size_t slice = slices.index(t.us);
   if (slice == slices.count) return std::nullopt;
   const std::optional<Eigen::Vector2f> bearing = table_.lookup(raw_px.x(), raw_px.y());
   if (!bearing) return std::nullopt;
-  const Grid grid{fx_px_,
-                  fy_px_,
-                  cx_px_,
-                  cy_px_,
-                  static_cast<float>(width_px_),
-                  static_cast<float>(height_px_)};
-  const OnGrid<float> at = project(bearing->x(), bearing->y(), slices.R_ref_slice[slice], grid);
-  if (!(at.z > 0.0F && at.u >= 0.0F && at.u < grid.width && at.v >= 0.0F && at.v < grid.height))
-    return std::nullopt;
-  return Eigen::Vector2f(at.u - 0.5F, at.v - 0.5F);
+  return carry_bearing(bearing->x(), bearing->y(), slices.R_ref_slice[slice]);
 }
 
 }  // namespace pled

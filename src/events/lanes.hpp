@@ -20,8 +20,10 @@ template <typename To, typename From>
   return to;
 }
 
-[[nodiscard]] inline Ints all(std::int32_t value) noexcept {
-  return Ints{value, value, value, value};
+[[nodiscard]] inline Floats load(const float* four) noexcept {
+  Floats values;
+  std::memcpy(&values, four, sizeof(values));
+  return values;
 }
 
 template <int A, int B, int C, int D, typename V>

@@ -18,7 +18,7 @@ namespace pled {
 struct SurfacePixel {
   std::uint32_t last_us = 0;  ///< newest event of any polarity
   /// Bits 0, 1: polarity of the newest event, one bit each, none before the first. Bits 2, 3:
-  /// filtered_us of that polarity is set. Bits 16 ... 31: backlog of the rate meter, microseconds.
+  /// filtered_us of that polarity is set. The rest: backlog of the rate meter, microseconds.
   std::uint32_t state = 0;
   std::array<std::uint32_t, 2> filtered_us{};  ///< newest accepted event, by polarity
 
@@ -38,12 +38,12 @@ enum class EventVerdict : std::uint8_t {
 
 /// An accepted event, packed.
 struct RecentEvent {
-  std::uint32_t t_us = 0;  ///< low 32 bits
-  std::uint16_t x_px = 0;
-  std::uint16_t y_polarity = 0;  ///< polarity in bit 15
+  std::uint32_t t_us = 0;    ///< low 32 bits
+  std::uint32_t packed = 0;  ///< x in bits 0 ... 15, y in bits 16 ... 30, polarity in bit 31
 
-  [[nodiscard]] int y_px() const noexcept { return y_polarity & 0x7FFF; }
-  [[nodiscard]] std::size_t polarity() const noexcept { return y_polarity >> 15; }
+  [[nodiscard]] int x_px() const noexcept { return static_cast<int>(packed & 0xFFFF); }
+  [[nodiscard]] int y_px() const noexcept { return static_cast<int>(packed >> 16 & 0x7FFF); }
+  [[nodiscard]] std::size_t polarity() const noexcept { return packed >> 31; }
 };
 static_assert(sizeof(RecentEvent) == 8);
 
@@ -59,9 +59,9 @@ struct SurfaceCounts {
 /// The surface of active events: per pixel the newest event, and per polarity the newest that was
 /// not redundant. An event is accepted when the one before it on its pixel had the other polarity
 /// (of two with one stamp, the later in the stream is the newer), or is more than kappa older.
-/// Stamps are 32 bits; a sweep that goes with the events' time forgets what is older than 18
-/// minutes before it could wrap round and look new (72 minutes). How events are split into packets
-/// makes no difference. No allocation, no thread.
+/// Stamps are 32 bits; a sweep that goes with the events' time forgets pixels without event for 18
+/// minutes, before their stamps could wrap round and look new (72 minutes). How events are split
+/// into packets makes no difference. No allocation, no thread.
 class ActiveSurface {
  public:
   /// Largest step forward between events that is believed: 268 s.
@@ -113,6 +113,8 @@ class ActiveSurface {
 
   template <bool kTell>
   void insert_all(std::span<const Event> events, EventVerdict* verdicts) noexcept;
+  /// What a hot pixel's state becomes, given that with the event counted.
+  [[nodiscard]] std::uint32_t hot_state(std::uint32_t state, std::uint32_t polarity) const noexcept;
   /// An event's stamp is below newest_us_ or not below horizon_us_: puts the clock right. False
   /// when the event is to be dropped.
   [[nodiscard]] bool admit(std::int64_t t_us, std::uint64_t number) noexcept;

@@ -32,9 +32,8 @@ struct EventCorner {
 ///
 /// The arc starts at a circle's newest pixel and takes the newer of its two neighbours again and
 /// again. The first 3 (4) belong to it; after that it ends with the last one that is not older than
-/// the oldest inside. Ours, for ties: of equally new pixels the one first in the circle's order
-/// starts, and of equally new neighbours the one lower in that order is taken. A pixel that never
-/// fired is older than all that did, and as old as another that never fired.
+/// the oldest inside. Which of equally new pixels is taken first makes no difference to the arc. A
+/// pixel that never fired is older than all that did, and as old as another that never fired.
 /// @param x_px, y_px  at least kArcStarBorderPx inside the sensor, which is checked: false outside
 /// Source: Alzugaray and Chli, "Asynchronous corner detection and tracking for event cameras in
 /// real time", RA-L 2018.

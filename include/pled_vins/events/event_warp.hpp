@@ -10,6 +10,7 @@
 #include <Eigen/Core>
 
 #include "pled_vins/core/messages.hpp"
+#include "pled_vins/events/pinhole_grid.hpp"
 #include "pled_vins/events/turn_history.hpp"
 #include "pled_vins/geometry/camera.hpp"
 #include "pled_vins/geometry/undistortion_table.hpp"
@@ -54,16 +55,26 @@ class EventWarp {
   void warp(std::span<const Event> events, const TurnSlices& slices,
             std::span<WarpedPixel> out) const noexcept;
 
-  /// The same for one pixel of the sensor (inside it) and slice (< slices.count).
-  [[nodiscard]] WarpedPixel warp_pixel(std::size_t pixel_index, const TurnSlices& slices,
-                                       std::size_t slice) const noexcept;
+  /// Where the grid has a pixel of the sensor (inside it) seen in a slice (< slices.count), not
+  /// rounded; nullopt where warp() would say kOutsideGrid.
+  [[nodiscard]] std::optional<Eigen::Vector2f> carry_pixel(std::size_t pixel_index,
+                                                           const TurnSlices& slices,
+                                                           std::size_t slice) const noexcept {
+    return carry_bearing(bearings_xy_[2 * pixel_index], bearings_xy_[2 * pixel_index + 1],
+                         slices.R_ref_slice[slice]);
+  }
 
-  /// Where the grid has the point that was seen in the raw pixel at t, not rounded; nullopt where
-  /// warp() would say kOutsideGrid.
+  /// The same for any point of the raw picture at a time.
   [[nodiscard]] std::optional<Eigen::Vector2f> carry(const Eigen::Vector2f& raw_px, Timestamp t,
                                                      const TurnSlices& slices) const noexcept;
 
  private:
+  [[nodiscard]] std::optional<Eigen::Vector2f> carry_bearing(
+      float bx, float by, const std::array<float, 9>& R) const noexcept {
+    const PinholeGrid::Point<float> at = grid_.project(bx, by, R);
+    if (!grid_.holds(at)) return std::nullopt;
+    return Eigen::Vector2f(at.u - 0.5F, at.v - 0.5F);
+  }
   void warp_slice(std::span<const Event> events, const std::array<float, 9>& R,
                   std::span<WarpedPixel> out) const noexcept;
 
@@ -73,10 +84,7 @@ class EventWarp {
   int sensor_height_px_ = 0;
   int width_px_ = 0;
   int height_px_ = 0;
-  float fx_px_ = 0.0F;
-  float fy_px_ = 0.0F;
-  float cx_px_ = 0.0F;  ///< half a pixel more than the calibration's: truncation then rounds
-  float cy_px_ = 0.0F;
+  PinholeGrid grid_;
   double slice_error_rad_ = 0.0;
 };
 
