@@ -7,6 +7,7 @@ pled_add_tests(test_events_law LABEL law
   SOURCES law/events/active_surface_test.cpp
           law/events/turn_history_test.cpp
           law/events/event_warp_test.cpp
+          law/events/brightness_surface_test.cpp
           law/events/time_surface_test.cpp
           law/events/arc_star_test.cpp
   DEPS pled::events)

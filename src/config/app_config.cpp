@@ -67,20 +67,23 @@ class ConfigReader {
     } else if (auto* const* flag = std::get_if<bool*>(&field)) {
       **flag = document_.flag(value, key);
     } else if (auto* const* score = std::get_if<TemporalScore*>(&field)) {
-      read_score(value, key, **score);
+      read_choice(value, key, **score);
+    } else if (auto* const* picture = std::get_if<EventPicture*>(&field)) {
+      read_choice(value, key, **picture);
     } else {
       *std::get<std::string*>(field) = document_.text(value, key);
     }
   }
 
-  void read_score(const YAML::Node& value, const std::string& key, TemporalScore& score) const {
+  template <typename Enum>
+  void read_choice(const YAML::Node& value, const std::string& key, Enum& choice) const {
     const std::string name = document_.text(value, key);
-    for (const auto& [known, word] : kTemporalScoreNames) {
+    for (const auto& [known, word] : names_of(choice)) {
       if (name != word) continue;
-      score = known;
+      choice = known;
       return;
     }
-    document_.fail(value, key, "must be motion, paper or count, not '" + name + "'");
+    document_.fail(value, key, "must be " + choices<Enum>() + ", not '" + name + "'");
   }
 
   [[noreturn]] void fail_unknown(const std::string& key, const YAML::Node& name) const {

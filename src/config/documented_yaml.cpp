@@ -24,7 +24,7 @@ std::string value_text(const ConfigField& field) {
           return *value ? "true" : "false";
         else if constexpr (std::is_same_v<T, std::string>)
           return quoted(*value);
-        else if constexpr (std::is_same_v<T, TemporalScore>)
+        else if constexpr (std::is_enum_v<T>)
           return std::string(name_of(*value));
         else
           return number_text(*value);
@@ -35,7 +35,8 @@ std::string value_text(const ConfigField& field) {
 std::string type_text(const ConfigKey& key, const ConfigField& field) {
   if (std::holds_alternative<bool*>(field)) return "true or false";
   if (std::holds_alternative<std::string*>(field)) return "text";
-  if (std::holds_alternative<TemporalScore*>(field)) return "motion, paper or count";
+  if (std::holds_alternative<TemporalScore*>(field)) return choices<TemporalScore>();
+  if (std::holds_alternative<EventPicture*>(field)) return choices<EventPicture>();
   std::string out = std::holds_alternative<int*>(field) ? "whole number" : "number";
   if (!key.unit.empty()) out += ", " + std::string(key.unit);
   return out + ", " + number_text(key.low) + " ... " + number_text(key.high);

@@ -1,6 +1,6 @@
 #include "pled_vins/pipeline/event_points.hpp"
 
-#include <array>
+#include <algorithm>
 #include <cmath>
 
 #include "pled_vins/core/check.hpp"
@@ -8,10 +8,16 @@
 namespace pled {
 namespace {
 
-FrontendConfig surface_tracking(const EventConfig& config, FrontendConfig tracking) noexcept {
+FrontendConfig tracking_of(const EventConfig& config, FrontendConfig tracking) noexcept {
   if (config.max_points > 0) tracking.max_points = config.max_points;  // else never asked
   tracking.min_distance_px = config.corner_min_distance_px;
   return tracking;
+}
+
+/// Time surfaces are drawn without the lens, because carrying events takes it away.
+Camera tracking_camera(const EventConfig& config, const Camera& camera) noexcept {
+  return config.picture == EventPicture::kTimeSurface ? Camera(rectified(camera.calibration()))
+                                                      : camera;
 }
 
 }  // namespace
@@ -22,32 +28,61 @@ EventPoints::EventPoints(const EventConfig& config, const FrontendConfig& tracki
     : camera_(camera),
       warp_(warp),
       buffers_(buffers),
+      kind_(config.picture),
       surface_(config, camera.calibration().width_px, camera.calibration().height_px,
                buffers.pixels),
+      brightness_(config.brightness_decay_ms, camera.calibration().width_px,
+                  camera.calibration().height_px, buffers.brightness),
       drawing_(config.surface_decay_ms),
       detector_(config),
-      tracker_(surface_tracking(config, tracking), Camera(rectified(camera.calibration())),
-               buffers.tracker, {camera_index, FeatureKind::kEventPoint}) {}
+      tracker_(tracking_of(config, tracking), tracking_camera(config, camera), buffers.tracker,
+               {camera_index, FeatureKind::kEventPoint}) {}
 
-ImageView<const std::uint8_t> EventPoints::picture() const noexcept {
-  return {buffers_.surface.data(), warp_.width_px(), warp_.height_px(), warp_.width_px()};
+ImageView<std::uint8_t> EventPoints::view() const noexcept {
+  const CameraCalibration& c = camera_.calibration();
+  return {buffers_.picture.data(), c.width_px, c.height_px, c.width_px};
 }
 
 void EventPoints::reset() noexcept {
   surface_.clear();
+  brightness_.clear();
   tracker_.reset();
+}
+
+void EventPoints::on_events(std::span<const Event> events) noexcept {
+  if (kind_ == EventPicture::kTimeSurface) {
+    surface_.insert(events);
+    return;
+  }
+  while (!events.empty()) {
+    const std::span<const Event> run = events.first(std::min(events.size(), kRun));
+    surface_.insert(run, verdicts_);
+    brightness_.insert(run, verdicts_);
+    events = events.subspan(run.size());
+  }
+}
+
+Duration EventPoints::reach() const noexcept {
+  return kind_ == EventPicture::kTimeSurface ? drawing_.reach(Meeting::kBlended) : Duration{};
+}
+
+void EventPoints::draw(const TurnSlices& slices) noexcept {
+  if (kind_ == EventPicture::kTimeSurface) {
+    PLED_CHECK(drawing_.render(surface_, warp_, slices, SurfaceTone::kSigned, Meeting::kBlended,
+                               buffers_.drawing, view()));
+  } else {
+    PLED_CHECK(brightness_.render(slices.t_ref, view()));
+  }
 }
 
 void EventPoints::observe(const TurnSlices& slices, Timestamp t, std::int64_t stamp_ns,
                           const std::optional<Eigen::Quaterniond>& R_prev_cur_cam,
                           FrameMeasurement& out) noexcept {
   find_corners(slices, R_prev_cur_cam, out);
-  const ImageView<std::uint8_t> picture{buffers_.surface.data(), warp_.width_px(),
-                                        warp_.height_px(), warp_.width_px()};
-  PLED_CHECK(drawing_.render(surface_, warp_, slices, SurfaceTone::kSigned, HoleFill::kBetween,
-                             buffers_.keys, picture));
-  const FrameView frame{t, stamp_ns, picture};
+  draw(slices);
+  const FrameView frame{t, stamp_ns, view()};
   PLED_CHECK(tracker_.track(frame, t, R_prev_cur_cam, {offered_.data(), offered_.size()}, out));
+  if (kind_ != EventPicture::kTimeSurface) return;
   for (PointMeasurement& point : out.points) {
     const Eigen::Vector2d raw = camera_.distort({point.bearing_xy[0], point.bearing_xy[1]});
     point.raw_px = {raw.x(), raw.y()};
@@ -61,7 +96,6 @@ void EventPoints::find_corners(const TurnSlices& slices,
   std::array<Eigen::Vector2f, limits::kMaxPoints> occupied;
   std::size_t n = 0;
   for (const PointMeasurement& point : last.points) {
-    if (point.kind != FeatureKind::kEventPoint) continue;
     Eigen::Vector3d ray(point.bearing_xy[0], point.bearing_xy[1], 1.0);
     if (R_prev_cur_cam) ray = R_prev_cur_cam->conjugate() * ray;
     if (const auto px = camera_.project(ray)) occupied[n++] = px->cast<float>();
@@ -70,11 +104,14 @@ void EventPoints::find_corners(const TurnSlices& slices,
                    corners_);
   offered_.clear();
   for (const EventCorner& corner : corners_) {
-    const auto px =
-        warp_.carry(Eigen::Vector2f(corner.x_px, corner.y_px), corner.t, slices);
-    if (!px) continue;
-    PLED_CHECK(offered_.push_back({static_cast<std::int16_t>(std::lround(px->x())),
-                                   static_cast<std::int16_t>(std::lround(px->y())), 1.0F}));
+    Corner place{corner.x_px, corner.y_px, 1.0F};
+    if (kind_ == EventPicture::kTimeSurface) {
+      const auto px = warp_.carry(Eigen::Vector2f(corner.x_px, corner.y_px), corner.t, slices);
+      if (!px) continue;
+      place.x_px = static_cast<std::int16_t>(std::lround(px->x()));
+      place.y_px = static_cast<std::int16_t>(std::lround(px->y()));
+    }
+    PLED_CHECK(offered_.push_back(place));
   }
 }
 

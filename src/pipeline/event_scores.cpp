@@ -9,15 +9,15 @@
 namespace pled {
 
 EventScores::EventScores(const ReliabilityConfig& config, const EventWarp& warp,
-                         const CameraCalibration& camera,
+                         const CameraCalibration& grid,
                          const AnchoredMapBuffers& buffers) noexcept
     : warp_(warp),
-      camera_(camera),
+      grid_(grid),
       clock_(Duration{config.bin_us}),
       map_(config, warp.width_px(), warp.height_px(), buffers) {
-  const double x = std::max(camera.cx_px, camera.width_px - camera.cx_px) / camera.fx_px;
-  const double y = std::max(camera.cy_px, camera.height_px - camera.cy_px) / camera.fy_px;
-  stretch_ = mean_focal_px(camera) * (1.0 + x * x + y * y);
+  const double x = std::max(grid.cx_px, grid.width_px - grid.cx_px) / grid.fx_px;
+  const double y = std::max(grid.cy_px, grid.height_px - grid.cy_px) / grid.fy_px;
+  stretch_ = mean_focal_px(grid) * (1.0 + x * x + y * y);
 }
 
 void EventScores::reset() noexcept {
@@ -79,8 +79,8 @@ std::optional<PixelScore> EventScores::read(const Eigen::Vector3d& ray_cam, cons
   if (!R_anchor_now) return std::nullopt;
   const Eigen::Vector3d ray = *R_anchor_now * ray_cam;
   if (!(ray.z() > 0.0)) return std::nullopt;
-  return map_.read(camera_.fx_px * ray.x() / ray.z() + camera_.cx_px,
-                   camera_.fy_px * ray.y() / ray.z() + camera_.cy_px, last_bin_, pooling, form);
+  return map_.read(grid_.fx_px * ray.x() / ray.z() + grid_.cx_px,
+                   grid_.fy_px * ray.y() / ray.z() + grid_.cy_px, last_bin_, pooling, form);
 }
 
 }  // namespace pled

@@ -21,11 +21,15 @@ TurnSlices no_turn(Timestamp t) noexcept {
   return slices;
 }
 
-EventWarp make_warp(const Camera& camera, std::span<float> bearings,
-                    UndistortionTable& table) noexcept {
-  EventWarp warp;
+UndistortionTable make_table(const Camera& camera, std::span<float> bearings) noexcept {
+  UndistortionTable table;
   PLED_CHECK(table.build(camera, bearings));
-  PLED_CHECK(warp.build(table, rectified(camera.calibration())));
+  return table;
+}
+
+EventWarp make_warp(const UndistortionTable& table, const CameraCalibration& grid) noexcept {
+  EventWarp warp;
+  PLED_CHECK(warp.build(table, grid));
   return warp;
 }
 
@@ -37,10 +41,13 @@ EventStage::EventStage(const EventStageConfig& config, const RigCalibration& rig
       camera_(rig.cameras[rig.event_camera]),
       R_body_cam_(rig.cameras[rig.event_camera].T_body_cam.q),
       shift_(Duration::from_s(rig.cameras[rig.event_camera].time_shift_s)),
-      warp_(make_warp(camera_, buffers.bearings, table_)),
+      table_(make_table(camera_, buffers.bearings)),
+      warp_(make_warp(table_, rectified(camera_.calibration()))),
+      map_warp_(make_warp(table_, rectified(camera_.calibration(), limits::kMapMargin_px))),
       limit_(config.events.max_rate_mevps),
       points_(config.events, config.tracking, camera_, rig.event_camera, warp_, buffers.points),
-      scores_(config.reliability, warp_, camera_.calibration(), buffers.map) {}
+      scores_(config.reliability, map_warp_, rectified(camera_.calibration(), limits::kMapMargin_px),
+              buffers.map) {}
 
 void EventStage::follow_turn(const ImuHistory& imu,
                              const Eigen::Vector3d& gyro_bias_radps) noexcept {
@@ -67,12 +74,17 @@ void EventStage::on_events(std::span<const Event> events) noexcept {
 }
 
 void EventStage::take_slices(Timestamp t_event) noexcept {
+  if (points_.reach() <= Duration{}) {
+    slices_.t_ref = t_event;
+    slices_.count = 0;
+    return;
+  }
   const std::optional<Timestamp> oldest = turn_.oldest();
   const std::optional<Timestamp> newest = turn_.newest();
   if (oldest && newest && *oldest < t_event) {
     // The gyro may end a little before the frame; what is older than it knows is not drawn.
     const Timestamp to = std::min(t_event, *newest);
-    const Timestamp from = std::max(t_event - points_.horizon(), *oldest);
+    const Timestamp from = std::max(t_event - points_.reach(), *oldest);
     if (t_event - to <= Duration{TurnHistory::kMaxStep_us} && from <= to &&
         turn_.slices(to, from, to, warp_.slice_error_rad(), slices_))
       return;

@@ -12,7 +12,8 @@
 namespace pled {
 
 /// Where one setting lives; the alternative is its type.
-using ConfigField = std::variant<double*, int*, bool*, std::string*, TemporalScore*>;
+using ConfigField =
+    std::variant<double*, int*, bool*, std::string*, TemporalScore*, EventPicture*>;
 
 /// How a settings file and the command line call them.
 inline constexpr std::array kTemporalScoreNames{
@@ -21,10 +22,37 @@ inline constexpr std::array kTemporalScoreNames{
     std::pair{TemporalScore::kCount, std::string_view("count")},
 };
 
-[[nodiscard]] constexpr std::string_view name_of(TemporalScore score) noexcept {
-  for (const auto& [known, name] : kTemporalScoreNames)
-    if (known == score) return name;
+inline constexpr std::array kEventPictureNames{
+    std::pair{EventPicture::kBrightness, std::string_view("brightness")},
+    std::pair{EventPicture::kTimeSurface, std::string_view("time_surface")},
+};
+
+/// The names of an enumeration that a setting may have.
+[[nodiscard]] constexpr const auto& names_of(TemporalScore /*kind*/) noexcept {
+  return kTemporalScoreNames;
+}
+[[nodiscard]] constexpr const auto& names_of(EventPicture /*kind*/) noexcept {
+  return kEventPictureNames;
+}
+
+template <typename Enum>
+[[nodiscard]] constexpr std::string_view name_of(Enum value) noexcept {
+  for (const auto& [known, name] : names_of(value))
+    if (known == value) return name;
   return {};
+}
+
+/// "motion, paper or count"
+template <typename Enum>
+[[nodiscard]] std::string choices() {
+  std::string out;
+  std::size_t left = names_of(Enum{}).size();
+  for (const auto& [value, name] : names_of(Enum{})) {
+    out += name;
+    --left;
+    out += left > 1 ? ", " : (left == 1 ? " or " : "");
+  }
+  return out;
 }
 
 /// One setting that a file may hold. Type and default follow from `field`.

@@ -13,8 +13,8 @@ namespace pled {
 
 /// How one pixel's brightness differs from what it was of late, in contrast thresholds.
 struct BrightnessPixel {
-  float level = 0.0F;         ///< at the pixel's last event
-  std::uint32_t last_us = 0;  ///< low 32 bits
+  float level;            ///< at the pixel's last event
+  std::uint32_t last_us;  ///< low 32 bits
 };
 static_assert(sizeof(BrightnessPixel) == 8);
 

@@ -1,8 +1,16 @@
 #pragma once
 
+#include <cstdint>
+
 #include "pled_vins/core/config_issue.hpp"
 
 namespace pled {
+
+/// The picture that event points are followed in.
+enum class EventPicture : std::uint8_t {
+  kBrightness,   ///< what events add up to; ours, see BrightnessSurface
+  kTimeSurface,  ///< the paper's: when edges passed, compensated for turning
+};
 
 /// Tuning of the event front end. Capacities are in core/limits.hpp.
 struct EventConfig {
@@ -14,6 +22,9 @@ struct EventConfig {
   int hot_burst = 16;  ///< events, 2 to 1000; hot_burst / hot_rate_hz is at most 30 ms
   /// More events than this are not looked at, millions a second. Bounds time in a burst. Ours.
   double max_rate_mevps = 20.0;
+  EventPicture picture = EventPicture::kBrightness;
+  /// tau of the brightness picture, 10 to 2000 ms. Ours: 300 follows slow cars in the street.
+  double brightness_decay_ms = 300.0;
   /// eta of the time surface, 1 to 500 ms. Paper, eq. (1).
   double surface_decay_ms = 20.0;
   int max_points = 30;                   ///< event points followed at once; 0: none
@@ -34,6 +45,8 @@ struct EventConfig {
     return {"events.hot_burst", "must take at most 30 ms at events.hot_rate_hz"};
   if (!(c.max_rate_mevps >= 0.1 && c.max_rate_mevps <= 1000))
     return {"events.max_rate_mevps", "must be in [0.1, 1000]"};
+  if (!(c.brightness_decay_ms >= 10 && c.brightness_decay_ms <= 2000))
+    return {"events.brightness_decay_ms", "must be in [10, 2000]"};
   if (!(c.surface_decay_ms >= 1 && c.surface_decay_ms <= 500))
     return {"events.surface_decay_ms", "must be in [1, 500]"};
   if (!(c.max_points == 0 || (c.max_points >= 20 && c.max_points <= 150)))

@@ -3,7 +3,6 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
-#include <limits>
 #include <optional>
 #include <span>
 
@@ -14,12 +13,9 @@
 #include "pled_vins/events/turn_history.hpp"
 #include "pled_vins/geometry/camera.hpp"
 #include "pled_vins/geometry/undistortion_table.hpp"
+#include "pled_vins/geometry/warped_pixel.hpp"
 
 namespace pled {
-
-/// What an event that misses the grid becomes.
-inline constexpr WarpedPixel kOutsideGrid{std::numeric_limits<std::int16_t>::min(),
-                                          std::numeric_limits<std::int16_t>::min()};
 
 /// Inside a slice a carried point may be this far from where exact rotation has it, pixels.
 inline constexpr double kMaxSliceError_px = 0.08;

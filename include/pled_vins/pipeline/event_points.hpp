@@ -1,5 +1,7 @@
 #pragma once
 
+#include <array>
+#include <cstddef>
 #include <cstdint>
 #include <optional>
 #include <span>
@@ -9,6 +11,7 @@
 #include "pled_vins/core/messages.hpp"
 #include "pled_vins/events/active_surface.hpp"
 #include "pled_vins/events/arc_star.hpp"
+#include "pled_vins/events/brightness_surface.hpp"
 #include "pled_vins/events/config.hpp"
 #include "pled_vins/events/event_warp.hpp"
 #include "pled_vins/events/time_surface.hpp"
@@ -18,14 +21,15 @@ namespace pled {
 
 /// The memory that event points need, whatever the sensor's size.
 struct EventPointBuffers {
-  std::span<SurfacePixel> pixels;
-  std::span<std::uint16_t> keys;      ///< one per pixel
-  std::span<std::uint8_t> surface;    ///< one per pixel
-  FrameTrackerBuffers tracker;        ///< without those for finding corners
+  std::span<SurfacePixel> pixels;          ///< one per pixel
+  std::span<BrightnessPixel> brightness;   ///< one per pixel
+  std::span<float> drawing;                ///< TimeSurface::floats_needed; may be the same memory
+  std::span<std::uint8_t> picture;         ///< one per pixel
+  FrameTrackerBuffers tracker;             ///< without those for finding corners
 };
 
-/// Event corners and their tracks: at each observation the active surface, compensated for the
-/// camera's turning, is drawn as a picture and the points are followed from the last such picture.
+/// Event corners and their tracks: at each observation the events are drawn as a picture, and the
+/// points are followed into it from the last one.
 class EventPoints {
  public:
   /// @param camera  of the events, lens included; @param warp  to rectified(camera). Both outlive
@@ -35,16 +39,18 @@ class EventPoints {
               const EventPointBuffers& buffers) noexcept;
 
   /// Events in time order, up to the next observation.
-  void on_events(std::span<const Event> events) noexcept { surface_.insert(events); }
+  void on_events(std::span<const Event> events) noexcept;
 
-  /// How long before an observation an event can still be seen in the picture.
-  [[nodiscard]] Duration horizon() const noexcept { return drawing_.horizon(); }
+  /// How long before an observation its events need slices that carry them to it; nothing for a
+  /// picture that needs none.
+  [[nodiscard]] Duration reach() const noexcept;
 
   /// Follows the points to the observation and looks for new ones.
-  /// @param slices  turning over the horizon, to the observation (event camera's clock)
+  /// @param slices  turning over reach(), to the observation (event camera's clock)
   /// @param t       the observation on the estimator clock
   /// @param R_prev_cur_cam  as for FrameTracker::track
-  /// @param out     written whole; pixels are those of the sensor, lens included
+  /// @param out     written whole, but read first: it must hold the last observation. Pixels are
+  ///        those of the sensor, lens included
   void observe(const TurnSlices& slices, Timestamp t, std::int64_t stamp_ns,
                const std::optional<Eigen::Quaterniond>& R_prev_cur_cam,
                FrameMeasurement& out) noexcept;
@@ -52,11 +58,15 @@ class EventPoints {
   void shift_clock(Duration shift) noexcept { tracker_.shift_clock(shift); }
   void reset() noexcept;
 
-  /// The picture of the last observation, in rectified pixels.
-  [[nodiscard]] ImageView<const std::uint8_t> picture() const noexcept;
+  /// The picture of the last observation: in sensor pixels, or rectified if a time surface.
+  [[nodiscard]] ImageView<const std::uint8_t> picture() const noexcept { return view(); }
   [[nodiscard]] SurfaceCounts counts() const noexcept { return surface_.counts(); }
 
  private:
+  static constexpr std::size_t kRun = 1024;
+
+  [[nodiscard]] ImageView<std::uint8_t> view() const noexcept;
+  void draw(const TurnSlices& slices) noexcept;
   void find_corners(const TurnSlices& slices,
                     const std::optional<Eigen::Quaterniond>& R_prev_cur_cam,
                     const FrameMeasurement& last) noexcept;
@@ -64,10 +74,13 @@ class EventPoints {
   const Camera& camera_;
   const EventWarp& warp_;
   EventPointBuffers buffers_;
+  EventPicture kind_;
   ActiveSurface surface_;
+  BrightnessSurface brightness_;
   TimeSurface drawing_;
   ArcStarDetector detector_;
   FrameTracker tracker_;
+  std::array<EventVerdict, kRun> verdicts_{};
   FixedVector<EventCorner, limits::kMaxPoints> corners_;
   FixedVector<Corner, limits::kMaxPoints> offered_;
 };

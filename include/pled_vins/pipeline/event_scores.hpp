@@ -20,10 +20,10 @@ namespace pled {
 /// Feeds the entropy-recency map with compensated events and reads it where a point is seen.
 class EventScores {
  public:
-  /// @param warp    to rectified(camera), without margin; outlives this object
-  /// @param camera  of the events
+  /// @param warp  to `grid`; outlives this object
+  /// @param grid  rectified(camera, limits::kMapMargin_px)
   EventScores(const ReliabilityConfig& config, const EventWarp& warp,
-              const CameraCalibration& camera, const AnchoredMapBuffers& buffers) noexcept;
+              const CameraCalibration& grid, const AnchoredMapBuffers& buffers) noexcept;
 
   /// Says when the next observation will be (event camera's clock), before its events come.
   void expect(Timestamp t) noexcept;
@@ -50,7 +50,7 @@ class EventScores {
   [[nodiscard]] double shift_since_anchor_px(Timestamp t, const TurnHistory& turn) const noexcept;
 
   const EventWarp& warp_;
-  CameraCalibration camera_;
+  CameraCalibration grid_;
   double stretch_;  ///< pixels that the picture's corner moves in a turn of one radian, at most
   BinClock clock_;
   AnchoredMap map_;

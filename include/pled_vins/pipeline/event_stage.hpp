@@ -35,8 +35,11 @@ struct EventStageStorage {
 
   std::array<float, 2 * kPixels> bearings;
   std::array<SurfacePixel, kPixels> pixels;
-  std::array<std::uint16_t, kPixels> keys;
-  std::array<std::uint8_t, kPixels> surface;
+  union {  ///< of two kinds of picture one is drawn
+    std::array<BrightnessPixel, kPixels> brightness;
+    std::array<float, TimeSurface::floats_needed(MaxWidth, MaxHeight)> drawing;
+  };
+  std::array<std::uint8_t, kPixels> picture;
   std::array<std::array<std::int16_t, pyramid_values(MaxWidth, MaxHeight)>, 2> pyramids;
   std::array<std::uint16_t, static_cast<std::size_t>(padded_stride(MaxWidth))> row;
   std::array<std::int16_t, ReferencePatches::kValues> reference_patches;
@@ -49,7 +52,7 @@ struct EventStageStorage {
     tracker.pyramids = {pyramids[0], pyramids[1]};
     tracker.row = row;
     tracker.reference_patches = reference_patches;
-    return {bearings, {pixels, keys, surface, tracker}, map.view()};
+    return {bearings, {pixels, brightness, drawing, picture, tracker}, map.view()};
   }
 };
 
@@ -113,7 +116,8 @@ class EventStage {
   Eigen::Quaterniond R_body_cam_;
   Duration shift_;
   UndistortionTable table_;
-  EventWarp warp_;
+  EventWarp warp_;      ///< to the rectified picture
+  EventWarp map_warp_;  ///< the same with the map's margin
   TurnHistory turn_;
   TurnSlices slices_;
   Timestamp turned_until_{INT64_MIN};

@@ -1,5 +1,6 @@
 #include "pled_vins/events/brightness_surface.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <random>
 #include <vector>
