@@ -25,6 +25,7 @@ constexpr double kMostResidual_px = 3.5;
 
 BackendConfig for_start(BackendConfig config) {
   config.point_sigma_px = std::max(config.point_sigma_px, config.start_sigma_px);
+  config.event_point_sigma_px = std::max(config.event_point_sigma_px, config.start_sigma_px);
   return config;
 }
 
@@ -47,7 +48,7 @@ Backend::Backend(const BackendConfig& config, const RigCalibration& rig,
       rig_(rig),
       noise_(inertial_model(rig.imu, config)),
       settings_(make_factor_settings(config_, rig_)),
-      point_noise_(config.point_sigma_px),
+      point_noise_({config.point_sigma_px, config.event_point_sigma_px}),
       solver_(solver),
       book_(rig_, settings_, static_cast<std::size_t>(config.min_observations)),
       bootstrap_(start_config_, rig_, noise_, settings_),
@@ -180,7 +181,7 @@ bool Backend::track(const FrameMeasurement& frame, const ImuHistory& imu,
   out.keyframe = state.keyframe;
   repropagate();
   slide();
-  set_point_noise(settings_, rig_, point_noise_.sigma_px());
+  set_point_noise(settings_, rig_, point_noise_.sigmas_px());
   return true;
 }
 

@@ -24,15 +24,16 @@ double robust_gain(double robust_scale) noexcept {
 }
 
 void set_point_noise(FactorSettings& settings, const RigCalibration& rig,
-                     double sigma_px) noexcept {
-  for (std::size_t c = 0; c < limits::kMaxCameras; ++c)
-    settings.sigmas_per_unit[c] = mean_focal_px(rig.cameras[c]) / sigma_px;
+                     const PointSigmas& sigmas_px) noexcept {
+  for (std::size_t kind = 0; kind < kPointKinds; ++kind)
+    for (std::size_t c = 0; c < limits::kMaxCameras; ++c)
+      settings.sigmas_per_unit[kind][c] = mean_focal_px(rig.cameras[c]) / sigmas_px[kind];
 }
 
 FactorSettings make_factor_settings(const BackendConfig& config,
                                     const RigCalibration& rig) noexcept {
   FactorSettings s;
-  set_point_noise(s, rig, config.point_sigma_px);
+  set_point_noise(s, rig, {config.point_sigma_px, config.event_point_sigma_px});
   s.robust_scale = config.robust_scale;
   s.point_gain = robust_gain(config.robust_scale);
   s.extrinsic_sigma_m = config.extrinsic_sigma_m;
@@ -57,7 +58,7 @@ bool evaluate_point(const SlidingWindow& window, const RigCalibration& rig,
                     const Observation& seen, Eigen::Vector2d& residual,
                     PointJacobians* jacobians) noexcept {
   const Observation& anchor = landmark.observations[0];
-  const double s = settings.sigmas_per_unit[seen.camera];
+  const double s = settings.weight_of(seen.kind, seen.camera);
   const std::array<double, 3>& point = landmark.bearing_depth;
   const double shift_s = window.rig_state.time_shift_s;
   if (&seen == &anchor) {

@@ -79,7 +79,8 @@ void LandmarkBook::observe(SlidingWindow& window, const FrameMeasurement& frame,
       landmark = &window.landmarks.back();
     }
     (void)landmark->observations.push_back({static_cast<std::uint8_t>(state), point.camera,
-                                            point.bearing_xy, point.bearing_rate_xyps});
+                                            point.bearing_xy, point.bearing_rate_xyps,
+                                            point.kind});
     if (landmark->age < 60000) ++landmark->age;
   }
   window.erase_landmarks([state](const Landmark& l) {
@@ -179,7 +180,7 @@ double LandmarkBook::judge(SlidingWindow& window) const noexcept {
       continue;
     }
     const double px = mean_focal_px(rig_.cameras[rig_.frame_camera]) /
-                      settings_.sigmas_per_unit[rig_.frame_camera];
+                      settings_.weight_of(l.observations[0].kind, rig_.frame_camera);
     squared_px += squared * px * px;
     count += 2 * l.observations.size() - 3;  // three figures are the point's own
   }

@@ -18,17 +18,24 @@ constexpr double kMostGrowth = 10;  ///< times the least noise; beyond, it is no
 
 void PointNoise::observe(const SlidingWindow& window, const RigCalibration& rig,
                          const FactorSettings& settings) noexcept {
+  observe_kind(FeatureKind::kImagePoint, window, rig, settings);
+  observe_kind(FeatureKind::kEventPoint, window, rig, settings);
+}
+
+void PointNoise::observe_kind(FeatureKind kind, const SlidingWindow& window,
+                              const RigCalibration& rig, const FactorSettings& settings) noexcept {
   std::array<double, kMaxLandmarks> variance_px2;
   std::size_t n = 0;
   for (const Landmark& landmark : window.landmarks) {
     const std::size_t m = landmark.observations.size();
     if (!landmark.in_solver || m < kFewestSightings) continue;
+    if (landmark.observations[0].kind != kind) continue;
     double squared_px2 = 0.0;
     for (const Observation& seen : landmark.observations) {
       Eigen::Vector2d r;
       if (!evaluate_point(window, rig, settings, landmark, seen, r, nullptr)) continue;
       const double sigma_px =
-          mean_focal_px(rig.cameras[seen.camera]) / settings.sigmas_per_unit[seen.camera];
+          mean_focal_px(rig.cameras[seen.camera]) / settings.weight_of(kind, seen.camera);
       squared_px2 += r.squaredNorm() * sigma_px * sigma_px;
     }
     // Chi-square with k degrees of freedom has its median at k (1 - 2 / 9k)^3 (Wilson-Hilferty).
@@ -42,11 +49,15 @@ void PointNoise::observe(const SlidingWindow& window, const RigCalibration& rig,
                    variance_px2.begin() + static_cast<std::ptrdiff_t>(n));
   const double now_px = std::sqrt(*middle);
   if (!std::isfinite(now_px)) return;
-  measured_px_ += kFollow * (now_px - measured_px_);
+  double& measured_px = measured_px_[static_cast<std::size_t>(kind)];
+  measured_px += kFollow * (now_px - measured_px);
 }
 
-double PointNoise::sigma_px() const noexcept {
-  return std::clamp(measured_px_, least_px_, kMostGrowth * least_px_);
+PointSigmas PointNoise::sigmas_px() const noexcept {
+  PointSigmas out;
+  for (std::size_t k = 0; k < out.size(); ++k)
+    out[k] = std::clamp(measured_px_[k], least_px_[k], kMostGrowth * least_px_[k]);
+  return out;
 }
 
 }  // namespace pled

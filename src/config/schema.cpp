@@ -102,6 +102,8 @@ constexpr std::array kSchema{
     ConfigKey{"backend.point_sigma_px", "px", 0.05, 10,
               "least noise of a tracked point, one axis; more is measured while tracking",
               PLED_FIELD(backend.point_sigma_px)},
+    ConfigKey{"backend.event_point_sigma_px", "px", 0.05, 10, "the same of an event point",
+              PLED_FIELD(backend.event_point_sigma_px)},
     ConfigKey{"backend.start_sigma_px", "px", 0.05, 10,
               "noise of a tracked point, one axis, until the estimator has started",
               PLED_FIELD(backend.start_sigma_px)},

@@ -8,6 +8,7 @@ namespace pled {
 struct BackendConfig {
   double point_sigma_px = 0.15;  ///< least noise of a tracked point, one axis; more is measured
                                  ///< while tracking, 0.05 ... 10
+  double event_point_sigma_px = 0.4;  ///< the same of an event point, 0.05 ... 10
   double start_sigma_px = 0.7;   ///< the same until the estimator has started, 0.05 ... 10
   double robust_scale = 2.0;     ///< Cauchy scale in sigmas of a point, 0.5 ... 100
   int max_iterations = 8;        ///< solver steps a frame, 1 ... 50
@@ -34,6 +35,8 @@ struct BackendConfig {
 [[nodiscard]] constexpr ConfigIssue check(const BackendConfig& c) noexcept {
   if (!(c.point_sigma_px >= 0.05 && c.point_sigma_px <= 10))
     return {"backend.point_sigma_px", "must be in [0.05, 10]"};
+  if (!(c.event_point_sigma_px >= 0.05 && c.event_point_sigma_px <= 10))
+    return {"backend.event_point_sigma_px", "must be in [0.05, 10]"};
   if (!(c.start_sigma_px >= 0.05 && c.start_sigma_px <= 10))
     return {"backend.start_sigma_px", "must be in [0.05, 10]"};
   if (!(c.robust_scale >= 0.5 && c.robust_scale <= 100))

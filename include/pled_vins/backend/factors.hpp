@@ -12,8 +12,9 @@ namespace pled {
 
 /// How residuals are weighted: settings turned into the figures that factors use.
 struct FactorSettings {
-  std::array<double, limits::kMaxCameras> sigmas_per_unit{};  ///< f / sigma_px of each camera
-  double robust_scale = 2.0;                                  ///< c of the Cauchy loss, sigmas
+  /// f / sigma_px of each kind of point in each camera
+  std::array<std::array<double, limits::kMaxCameras>, kPointKinds> sigmas_per_unit{};
+  double robust_scale = 2.0;    ///< c of the Cauchy loss, sigmas
   double point_gain = 1.0;      ///< multiplies the point cost, see robust_gain()
   double depth_sigma_pm = 0.5;  ///< belief about the depth of a point without parallax
   // A rig that moves off is noticed when it has gone a few millimetres, at some 2 cm/s: until then
@@ -27,10 +28,18 @@ struct FactorSettings {
   bool first_estimates = true;  ///< Jacobians of states known to the prior at their first estimate
   bool estimate_extrinsic = false;
   bool estimate_time_shift = false;
+
+  [[nodiscard]] double weight_of(FeatureKind kind, std::size_t camera) const noexcept {
+    return sigmas_per_unit[static_cast<std::size_t>(kind)][camera];
+  }
 };
 
-/// Weighs the points of every camera of the rig as having this noise, pixels.
-void set_point_noise(FactorSettings& settings, const RigCalibration& rig, double sigma_px) noexcept;
+/// Noise of each kind of point, one axis, pixels.
+using PointSigmas = std::array<double, kPointKinds>;
+
+/// Weighs the points of every camera of the rig as having this noise.
+void set_point_noise(FactorSettings& settings, const RigCalibration& rig,
+                     const PointSigmas& sigmas_px) noexcept;
 
 [[nodiscard]] FactorSettings make_factor_settings(const BackendConfig& config,
                                                   const RigCalibration& rig) noexcept;

@@ -10,22 +10,26 @@ namespace pled {
 /// biases come out right only when vision and inertia are weighed as they deserve.
 class PointNoise {
  public:
-  /// `least_px`: never below; what the estimate is at first.
-  explicit PointNoise(double least_px) noexcept : least_px_(least_px), measured_px_(least_px) {}
+  /// `least_px`: of each kind, never below; what the estimate is at first.
+  explicit PointNoise(const PointSigmas& least_px) noexcept
+      : least_px_(least_px), measured_px_(least_px) {}
 
-  /// After a solve: follows the median over points of the noise that their own residuals show
+  /// After a solve, for each kind: follows the median over points of the noise that their own residuals show
   /// (per degree of freedom, so few sightings do not look exact). A median, because points that
   /// move or are mistracked say nothing about the others.
   void observe(const SlidingWindow& window, const RigCalibration& rig,
                const FactorSettings& settings) noexcept;
   void reset() noexcept { measured_px_ = least_px_; }
 
-  /// Standard deviation of one axis, pixels.
-  [[nodiscard]] double sigma_px() const noexcept;
+  /// Standard deviation of one axis of each kind.
+  [[nodiscard]] PointSigmas sigmas_px() const noexcept;
 
  private:
-  double least_px_;
-  double measured_px_;
+  void observe_kind(FeatureKind kind, const SlidingWindow& window, const RigCalibration& rig,
+                    const FactorSettings& settings) noexcept;
+
+  PointSigmas least_px_;
+  PointSigmas measured_px_;
 };
 
 }  // namespace pled

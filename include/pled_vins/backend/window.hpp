@@ -36,6 +36,7 @@ struct Observation {
   std::uint8_t camera = 0;          ///< index into the rig
   std::array<double, 2> xy{};       ///< bearing on the plane z = 1
   std::array<double, 2> rate_ps{};  ///< its rate, 1/s
+  FeatureKind kind = FeatureKind::kImagePoint;
 };
 
 /// A point in inverse depth, in the camera of its first observation (the anchor): the bearing on

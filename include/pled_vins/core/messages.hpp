@@ -44,6 +44,8 @@ struct FrameView {
 using FeatureId = std::uint32_t;
 
 enum class FeatureKind : std::uint8_t { kImagePoint, kEventPoint, kLine };
+/// Kinds that are points: those before kLine.
+inline constexpr std::size_t kPointKinds = 2;
 
 /// One point in one frame.
 struct PointMeasurement {

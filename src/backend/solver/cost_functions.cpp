@@ -115,7 +115,7 @@ bool PointCost::Evaluate(double const* const* parameters, double* residuals,
   const std::array<double, 3> point{parameters[2][0], parameters[2][1], parameters[2][2]};
   const double shift_s =
       settings.estimate_time_shift ? parameters[shift_block][0] : window.rig_state.time_shift_s;
-  const double s = settings.sigmas_per_unit[seen_->camera];
+  const double s = settings.weight_of(seen_->kind, seen_->camera);
   Eigen::Vector2d r;
   PointJacobians J;
   J.with_extrinsic = settings.estimate_extrinsic;
@@ -161,7 +161,7 @@ bool AnchorCost::Evaluate(double const* const* parameters, double* residuals,
       settings.estimate_time_shift ? parameters[1][0] : problem_->window.rig_state.time_shift_s;
   Eigen::Vector2d r;
   PointJacobians J;
-  anchor_residual(point, *seen_, shift_s, settings.sigmas_per_unit[seen_->camera], r,
+  anchor_residual(point, *seen_, shift_s, settings.weight_of(seen_->kind, seen_->camera), r,
                   jacobians ? &J : nullptr);
   Eigen::Map<Eigen::Vector2d>{residuals} = r;
   if (!jacobians) return true;
