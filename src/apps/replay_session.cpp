@@ -41,8 +41,8 @@ std::optional<RigCalibration> calibration(const std::string& recording, const Ap
 
 /// The opened streams of a recording.
 struct Streams {
-  std::unique_ptr<replay::FrameFileSource> frames;
-  std::unique_ptr<replay::ImuFileSource> imu;
+  std::unique_ptr<replay::RecordedFrameSource> frames;
+  std::unique_ptr<replay::RecordedImuSource> imu;
   std::optional<replay::EventReplay> events;
 
   [[nodiscard]] RunSources sources() const {
