@@ -20,16 +20,20 @@ Result<Aedat4Reader> Aedat4Reader::open(const std::string& path, const Aedat4Hea
   if (!decompressor.ok()) return decompressor.error();
   auto file = File::open(path.c_str());
   if (!file.ok()) return file.error();
-  return Aedat4Reader(std::move(file).value(), path, header, std::move(decompressor).value());
+  return Aedat4Reader(std::move(file).value(), path, header, compression.value(),
+                      std::move(decompressor).value());
 }
 
 Aedat4Reader::Aedat4Reader(File file, const std::string& path, const Aedat4Header& header,
-                           Decompressor decompressor)
+                           Compression compression, Decompressor decompressor)
     : file_(std::move(file)),
       path_(path),
       decompressor_(std::move(decompressor)),
-      packed_(std::make_unique_for_overwrite<std::byte[]>(kMaxPacketBytes)),
-      plain_(std::make_unique_for_overwrite<std::byte[]>(kMaxPacketBytes)),
+      packed_bytes_(static_cast<std::size_t>(
+          std::min(file_.size(), static_cast<std::int64_t>(kMaxPacketBytes)))),
+      plain_bytes_(compression == Compression::kNone ? packed_bytes_ : kMaxPacketBytes),
+      packed_(std::make_unique_for_overwrite<std::byte[]>(packed_bytes_)),
+      plain_(std::make_unique_for_overwrite<std::byte[]>(plain_bytes_)),
       begin_(header.packets_begin),
       end_(std::max(begin_, file_.size())) {
   for (const Aedat4Stream& stream : header.streams) streams_.push_back(stream.id);
@@ -92,13 +96,12 @@ Result<std::span<const std::byte>> Aedat4Reader::payload() noexcept {
 Result<std::span<const std::byte>> Aedat4Reader::read(std::int64_t at,
                                                       std::int64_t bytes) noexcept {
   const auto wanted = static_cast<std::size_t>(bytes);
-  if (wanted > kMaxPacketBytes) return ErrorCode::kTooLarge;
+  if (wanted > packed_bytes_) return ErrorCode::kTooLarge;
   PLED_TRY(file_.seek(at));
   const auto got = file_.read({packed_.get(), wanted});
   if (!got.ok()) return got.error();
   if (got.value() < wanted) return ErrorCode::kTruncated;
-  const auto size =
-      decompressor_.decompress({packed_.get(), wanted}, {plain_.get(), kMaxPacketBytes});
+  const auto size = decompressor_.decompress({packed_.get(), wanted}, {plain_.get(), plain_bytes_});
   if (!size.ok()) return size.error();
   return std::span<const std::byte>{plain_.get(), size.value()};
 }

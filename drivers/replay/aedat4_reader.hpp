@@ -24,8 +24,9 @@ class Aedat4Reader {
   /// 4096 x 1024 pixels in colour; those seen hold 10 ms.
   static constexpr std::size_t kMaxPacketBytes = std::size_t{16} << 20;
 
-  /// Sets aside twice kMaxPacketBytes, of which the system provides what is used. Errors:
-  /// File::open's, kUnsupported (the compression).
+  /// Sets aside what a packet may take packed, no more than the file, and unpacked, at most
+  /// kMaxPacketBytes each; the system provides what is used of it. Errors: File::open's,
+  /// kUnsupported (the compression).
   [[nodiscard]] static Result<Aedat4Reader> open(const std::string& path,
                                                  const Aedat4Header& header);
 
@@ -54,7 +55,7 @@ class Aedat4Reader {
 
  private:
   Aedat4Reader(File file, const std::string& path, const Aedat4Header& header,
-               Decompressor decompressor);
+               Compression compression, Decompressor decompressor);
 
   void look_at_table(std::int64_t position) noexcept;
   [[nodiscard]] Result<std::span<const std::byte>> read(std::int64_t at,
@@ -65,6 +66,8 @@ class Aedat4Reader {
   std::string path_;
   Decompressor decompressor_;
   std::vector<std::int32_t> streams_;
+  std::size_t packed_bytes_;
+  std::size_t plain_bytes_;
   std::unique_ptr<std::byte[]> packed_;
   std::unique_ptr<std::byte[]> plain_;
   std::int64_t begin_ = 0;
