@@ -20,7 +20,7 @@ readonly packages=(
   build-essential dpkg-dev cmake ninja-build ccache xz-utils
   libeigen3-dev libopencv-core-dev libopencv-imgproc-dev
   libyaml-cpp-dev libcli11-dev nlohmann-json3-dev
-  libpng-dev libjpeg62-turbo-dev libusb-1.0-0-dev doctest-dev
+  libpng-dev libjpeg62-turbo-dev liblz4-dev libzstd-dev libusb-1.0-0-dev doctest-dev
 )
 readonly full_packages=(clang clang-tidy clang-format libclang-rt-14-dev)
 

@@ -3,7 +3,7 @@ function(pled_add_replay_tests name)
   cmake_parse_arguments(ARG "" "LABEL;TIMEOUT" "SOURCES" ${ARGN})
   pled_add_tests(${name} LABEL ${ARG_LABEL} TIMEOUT ${ARG_TIMEOUT}
     SOURCES ${ARG_SOURCES} support/recording_fixture.cpp
-    DEPS pled::sim nlohmann_json::nlohmann_json)
+    DEPS pled::sim pled::replay pled::lz4 pled::zstd nlohmann_json::nlohmann_json)
   target_compile_definitions(${name} PRIVATE PLED_VINS_EXE="$<TARGET_FILE:pled-vins>"
                                              PLED_TEST_FOLDER="${CMAKE_CURRENT_BINARY_DIR}/${name}.run")
   add_dependencies(${name} pled-vins)
@@ -15,6 +15,6 @@ pled_add_replay_tests(test_apps_replay LABEL replay TIMEOUT 1800
   SOURCES replay/apps/results_test.cpp replay/apps/options_test.cpp
           replay/apps/bad_files_test.cpp replay/apps/bad_data_test.cpp
           replay/apps/report_test.cpp replay/apps/simulate_test.cpp replay/apps/sizes_test.cpp
-          replay/apps/time_shift_test.cpp)
+          replay/apps/time_shift_test.cpp replay/apps/aedat_test.cpp)
 pled_add_replay_tests(test_apps_recordings LABEL long TIMEOUT 1800
   SOURCES replay/apps/recordings_test.cpp replay/apps/unknown_time_shift_test.cpp)

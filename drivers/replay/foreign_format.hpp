@@ -7,7 +7,7 @@
 namespace pled::replay {
 
 /// What a file that begins so is, when it is known to hold no events that are read here:
-/// "a PNG image", "an AEDAT file". Empty when it may be an event file.
+/// "a PNG image", "a ROS bag". Empty when it may be an event file.
 [[nodiscard]] std::string_view foreign_format(std::span<const std::byte> head) noexcept;
 
 }  // namespace pled::replay

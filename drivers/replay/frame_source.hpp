@@ -9,20 +9,13 @@
 #include "drivers/replay/frame_list.hpp"
 #include "drivers/replay/image_reader.hpp"
 #include "drivers/replay/message.hpp"
-#include "pled_vins/hal/frame_source.hpp"
+#include "drivers/replay/recorded_source.hpp"
 
 namespace pled::replay {
 
-/// Counted faults of a frame list.
-struct FrameFaults {
-  std::uint64_t malformed_lines = 0;  ///< no stamp or no name
-  std::uint64_t out_of_order = 0;     ///< stamps that go back or leap ahead; skipped
-  std::uint64_t unreadable = 0;       ///< missing, truncated, corrupt or of another size
-};
-
 /// Images named by a list, decoded one by one to 8-bit grey into slots that are
 /// allocated once. Serves label images (masks.txt) as well.
-class FrameFileSource final : public FrameSource {
+class FrameFileSource final : public RecordedFrameSource {
  public:
   struct Options {
     std::string list_path;     ///< images.txt, masks.txt or data.csv
@@ -47,12 +40,11 @@ class FrameFileSource final : public FrameSource {
   void release() noexcept override;
   void stop() noexcept override {}
 
-  [[nodiscard]] FrameFaults faults() const noexcept {
+  [[nodiscard]] FrameFaults faults() const noexcept override {
     return {list_.malformed_lines(), list_.out_of_order(), unreadable_};
   }
-  /// Words for the last fault: file, line, what is wrong. Also set for a skipped stamp.
-  [[nodiscard]] std::string_view last_message() const noexcept { return message_.text(); }
-  [[nodiscard]] double progress() const noexcept { return list_.progress(); }
+  [[nodiscard]] std::string_view last_message() const noexcept override { return message_.text(); }
+  [[nodiscard]] double progress() const noexcept override { return list_.progress(); }
 
  private:
   FrameFileSource(FrameList list, Options options);

@@ -7,7 +7,7 @@
 
 #include "drivers/replay/line_reader.hpp"
 #include "drivers/replay/message.hpp"
-#include "pled_vins/hal/imu_source.hpp"
+#include "drivers/replay/recorded_source.hpp"
 
 namespace pled::replay {
 
@@ -18,7 +18,7 @@ enum class ImuFormat : std::uint8_t {
 
 /// An inertial text file, line by line. m/s^2 and rad/s, body frame. Stamps are
 /// read exactly and rounded to 1 us.
-class ImuFileSource final : public ImuSource {
+class ImuFileSource final : public RecordedImuSource {
  public:
   /// Errors: as File::open.
   [[nodiscard]] static Result<std::unique_ptr<ImuFileSource>> open(const std::string& path,
@@ -31,10 +31,10 @@ class ImuFileSource final : public ImuSource {
   Result<ImuSample> read(Duration timeout) noexcept override;
   void stop() noexcept override {}
 
-  [[nodiscard]] std::uint64_t malformed() const noexcept { return malformed_; }
+  [[nodiscard]] std::uint64_t malformed() const noexcept override { return malformed_; }
   /// Words for the last kBadNumber: file, line and what was expected.
-  [[nodiscard]] std::string_view last_message() const noexcept { return message_.text(); }
-  [[nodiscard]] double progress() const noexcept;
+  [[nodiscard]] std::string_view last_message() const noexcept override { return message_.text(); }
+  [[nodiscard]] double progress() const noexcept override;
 
  private:
   ImuFileSource(LineReader lines, std::string path, ImuFormat format);

@@ -5,15 +5,15 @@
 #include <memory>
 
 #include "drivers/replay/file.hpp"
+#include "drivers/replay/recorded_source.hpp"
 #include "pled_vins/core/limits.hpp"
-#include "pled_vins/hal/event_source.hpp"
 
 namespace pled::replay {
 
 /// The bytes of an event file in chunks of limits::kChunkBytes, as a device
 /// would give them. Up to limits::kChunkSlots chunks may be held; a further
 /// acquire() then says kTimeout. Memory: the slots, whatever the file's length.
-class RawFileSource final : public EventSource {
+class RawFileSource final : public RecordedEventSource {
  public:
   struct Options {
     std::int64_t skip_bytes = 0;     ///< header in front of the data
@@ -31,9 +31,10 @@ class RawFileSource final : public EventSource {
   void release() noexcept override;
   void stop() noexcept override { running_ = false; }
 
-  /// Data bytes given so far, and in the file.
-  [[nodiscard]] std::int64_t position() const noexcept { return position_; }
-  [[nodiscard]] std::int64_t size() const noexcept { return file_.size() - options_.skip_bytes; }
+  [[nodiscard]] std::int64_t position() const noexcept override { return position_; }
+  [[nodiscard]] std::int64_t size() const noexcept override {
+    return file_.size() - options_.skip_bytes;
+  }
 
  private:
   using Slot = std::array<std::byte, limits::kChunkBytes>;

@@ -24,9 +24,11 @@ void say_faults(std::vector<std::string>& problems, const std::string& file,
 }
 
 /// Words for a file whose content is not of the format that it was read as; else empty.
-[[nodiscard]] std::string mostly_malformed(const Recording& recording, const RawFileSource& source,
+[[nodiscard]] std::string mostly_malformed(const Recording& recording,
+                                           const RecordedEventSource& source,
                                            const DecoderFaults& faults, std::uint64_t events) {
   const bool text = recording.event_format() == EventFileFormat::kText;
+  if (recording.container() != nullptr) return {};  // told by its first bytes
   // Of random words nearly half are malformed, but the others give events; of damaged
   // recordings not one in a hundred is.
   const std::uint64_t all = text ? events + faults.malformed + faults.outside_sensor
@@ -46,7 +48,7 @@ void say_faults(std::vector<std::string>& problems, const std::string& file,
     sized.set_event_size(kAnySensor);
   auto opened = sized.open_events(problems);
   if (!opened.ok()) return opened.error();
-  RawFileSource& source = *opened.value().source;
+  RecordedEventSource& source = *opened.value().source;
   EventDecoder& decoder = *opened.value().decoder;
   PLED_TRY(source.start());
 
@@ -62,6 +64,7 @@ void say_faults(std::vector<std::string>& problems, const std::string& file,
       words.push_back(recording.files().events + ": reading failed; the rest is unknown");
       break;
     }
+    if (chunk.value().after_gap) decoder.resynchronise();
     std::span<const std::byte> bytes = chunk.value().bytes;
     while (!bytes.empty()) {
       const DecodeStep step = decoder.decode(bytes, events);
@@ -74,9 +77,12 @@ void say_faults(std::vector<std::string>& problems, const std::string& file,
     source.release();
     progress.at(static_cast<double>(source.position()) / static_cast<double>(source.size()));
   }
+  decoder.finish();
   const double span_s = info.last_s - info.first_s;
   if (span_s > 0) info.rate_hz = static_cast<double>(info.count) / span_s;
   if (info.width == 0) words.push_back(recording.files().events + ": the sensor size is not given");
+  say_count(words, recording.files().events, source.lost_packets(),
+            "packets of events that cannot be read (skipped)");
   say_faults(words, recording.files().events, decoder.faults());
   if (info.count == 0) words.push_back(recording.files().events + ": not one event can be read");
   if (const std::string garbage = mostly_malformed(recording, source, decoder.faults(), info.count);
@@ -130,7 +136,7 @@ template <typename Visit>
                                       if (advance->us < 0) ++info.backwards;
                                       if (advance->us > 0) intervals.add(advance->us);
                                     });
-  malformed.finish("unreadable lines");
+  malformed.finish(recording.container() != nullptr ? "unreadable samples" : "unreadable lines");
   PLED_TRY(first_pass);
   const std::int64_t median_us = intervals.median_us();
   if (median_us > 0) info.rate_hz = 1e6 / static_cast<double>(median_us);
@@ -209,7 +215,10 @@ Result<RecordingInfo> survey(const Recording& recording, Problems& problems,
     PLED_TRY(keep(survey_imu(recording, problems, info.problems, progress), info.imu));
   }
   progress.next_stream(0.4);
-  if (recording.has(Stream::kFrames)) {
+  if (recording.has(Stream::kFrames) && recording.frame_size() == ImageSize{}) {
+    info.problems.push_back(recording.files().frames +
+                            ": the frames were not read: their size is not given");
+  } else if (recording.has(Stream::kFrames)) {
     PLED_TRY(keep(survey_frames(recording, problems, info.problems, progress), info.frames));
   }
   progress.next_stream(0.4);
@@ -220,6 +229,12 @@ Result<RecordingInfo> survey(const Recording& recording, Problems& problems,
     PLED_TRY(keep(survey_truth(recording, problems, info.problems), info.truth));
   }
   if (recording.has(Stream::kMasks)) info.masks = survey_masks(recording, info.problems);
+  if (const Container* const container = recording.container()) {
+    auto found = container->survey();
+    if (!found.ok()) return found.error();
+    info.triggers = {true, found.value().triggers};
+    for (std::string& word : found.value().words) info.problems.push_back(std::move(word));
+  }
   if (info.frames.count > 0 && info.events.count > 0)
     say_missing_ends(info.problems, recording.files().events, info.events.first_s,
                      info.events.last_s, info.frames);

@@ -55,6 +55,11 @@ struct TruthInfo {
   double last_s = 0.0;
 };
 
+struct TriggerInfo {
+  bool present = false;     ///< the recording is a container that may hold some
+  std::uint64_t count = 0;  ///< known and not used
+};
+
 /// What `pled-vins info` prints.
 struct RecordingInfo {
   EventInfo events;
@@ -62,6 +67,7 @@ struct RecordingInfo {
   FrameInfo frames;
   TruthInfo truth;
   MaskInfo masks;
+  TriggerInfo triggers;
   std::vector<std::string> problems;  ///< at most kMaxProblemsOfAKind each, then a count
 };
 

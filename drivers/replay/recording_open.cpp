@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <filesystem>
 #include <system_error>
 #include <utility>
@@ -52,36 +53,96 @@ void add(Problems& problems, Severity severity, const std::string& file, std::st
   return {};
 }
 
+/// The AEDAT files of a folder, by their names, sorted.
+[[nodiscard]] std::vector<std::string> aedat_files(const std::string& folder) {
+  std::vector<std::string> found;
+  std::error_code error;
+  for (fs::directory_iterator entry(folder, error), end; !error && entry != end;
+       entry.increment(error)) {
+    const std::string extension = entry->path().extension().string();
+    const bool is_named = extension == ".aedat" || extension == ".aedat4" || extension == ".aedat2";
+    if (is_named && is_file(entry->path().string())) found.push_back(entry->path().string());
+  }
+  std::sort(found.begin(), found.end());
+  return found;
+}
+
 }  // namespace
 
 Result<Recording> Recording::open(const std::string& path, Problems& problems) {
   Recording recording;
   RecordingFiles& files = recording.files_;
   files.root = path;
-  if (is_file(path)) {
-    recording.layout_ = Layout::kFile;
-    files.events = usable_file(path, problems);
-  } else if (!is_folder(path)) {
+  if (!is_file(path) && !is_folder(path)) {
     add(problems, Severity::kError, path, "no such folder or file");
     return ErrorCode::kNotFound;
-  } else if (is_folder(path + "/mav0")) {
-    recording.find_euroc_files(path + "/mav0", problems);
-  } else if (is_folder(path + "/imu0") || is_folder(path + "/cam0")) {
-    recording.find_euroc_files(path, problems);
-  } else {
-    recording.find_rpg_files(problems);
   }
+  if (!recording.find_files(problems)) return ErrorCode::kUnsupported;
   if (files.events.empty() && files.imu.empty() && files.frames.empty()) {
     add(problems, Severity::kError, path,
-        recording.layout_ == Layout::kFile
+        recording.layout_ == Layout::kFile || recording.layout_ == Layout::kAedat
             ? "holds no events"
             : "is no recording: none of events.raw, events.txt, images.txt, imu.txt, "
-              "mav0/imu0/data.csv, mav0/cam0/data.csv is there with something in it");
+              "mav0/imu0/data.csv, mav0/cam0/data.csv, one .aedat or .aedat4 file is there with "
+              "something in it");
     return ErrorCode::kNotFound;
   }
   recording.look_at_frames(problems);
   if (!recording.look_at_events(problems)) return ErrorCode::kUnsupported;
   return recording;
+}
+
+/// False when what is there cannot be read.
+bool Recording::find_files(Problems& problems) {
+  const std::string& path = files_.root;
+  if (is_file(path)) return find_lone_file(problems);
+  if (is_folder(path + "/mav0")) {
+    find_euroc_files(path + "/mav0", problems);
+  } else if (is_folder(path + "/imu0") || is_folder(path + "/cam0")) {
+    find_euroc_files(path, problems);
+  } else {
+    return find_folder_files(problems);
+  }
+  return true;
+}
+
+/// An AEDAT file has its calibration beside it.
+bool Recording::find_lone_file(Problems& problems) {
+  layout_ = Layout::kFile;
+  files_.events = usable_file(files_.root, problems);
+  if (files_.events.empty()) return true;
+  const auto head = read_head(files_.events.c_str());
+  if (!head.ok() || !Container::is_container(head.value())) return true;
+  const fs::path folder = fs::path(files_.root).parent_path();
+  find_calibration(folder.empty() ? std::string(".") : folder.string(), problems);
+  return take_container(files_.root, problems);
+}
+
+/// The files of the RPG layout, else one AEDAT file.
+bool Recording::find_folder_files(Problems& problems) {
+  find_rpg_files(problems);
+  if (!files_.events.empty() || !files_.imu.empty() || !files_.frames.empty()) return true;
+  const std::vector<std::string> found = aedat_files(files_.root);
+  if (found.empty()) return true;
+  if (found.size() == 1) return take_container(found.front(), problems);
+  add(problems, Severity::kError, files_.root,
+      "holds " + std::to_string(found.size()) + " AEDAT files (" + found[0] + ", " + found[1] +
+          (found.size() > 2 ? ", ...): name the one that is meant"
+                            : "): name the one that is meant"));
+  return false;
+}
+
+bool Recording::take_container(const std::string& file, Problems& problems) {
+  auto opened = Container::open(file, problems);
+  if (!opened.ok()) return false;
+  container_ = std::move(opened).value();
+  layout_ = Layout::kAedat;
+  event_format_ = EventFileFormat::kAedat;
+  files_.events = container_->has_events() ? file : std::string();
+  files_.imu = container_->has_imu() ? file : std::string();
+  files_.frames = container_->has_frames() ? file : std::string();
+  event_size_ = container_->event_size();
+  return true;
 }
 
 void Recording::find_rpg_files(Problems& problems) {
@@ -97,9 +158,13 @@ void Recording::find_rpg_files(Problems& problems) {
   files_.frame_folder = files_.root;
   files_.truth = usable_file(folder + "groundtruth.txt", problems);
   files_.masks = usable_file(folder + "masks.txt", problems);
-  files_.calib = usable_file(folder + "calib.txt", problems);
-  files_.camchain = usable_file(folder + "camchain.yaml", problems);
-  files_.imu_yaml = usable_file(folder + "imu.yaml", problems);
+  find_calibration(files_.root, problems);
+}
+
+void Recording::find_calibration(const std::string& folder, Problems& problems) {
+  files_.calib = usable_file(folder + "/calib.txt", problems);
+  files_.camchain = usable_file(folder + "/camchain.yaml", problems);
+  files_.imu_yaml = usable_file(folder + "/imu.yaml", problems);
 }
 
 void Recording::find_euroc_files(const std::string& mav0, Problems& problems) {
@@ -118,7 +183,7 @@ void Recording::find_euroc_files(const std::string& mav0, Problems& problems) {
 /// Tells the format of the event file and, from its header, the sensor's size. The frames
 /// do not tell it: they may be another camera's. False when the format cannot be read.
 bool Recording::look_at_events(Problems& problems) {
-  if (files_.events.empty()) return true;
+  if (files_.events.empty() || container_) return true;
   const auto head = read_head(files_.events.c_str());
   if (!head.ok()) {
     add(problems, Severity::kError, {}, open_failure(files_.events, head.error()));

@@ -57,7 +57,7 @@ class FrameGaps {
 
 /// Visits every picture that can be read and says which can not.
 template <typename Visit>
-void read_pictures(FrameFileSource& source, std::vector<std::string>& words, const char* kind,
+void read_pictures(RecordedFrameSource& source, std::vector<std::string>& words, const char* kind,
                    const Visit& visit) {
   ProblemList unreadable(words);
   for (;;) {
@@ -81,7 +81,7 @@ Result<FrameInfo> survey_frames(const Recording& recording, Problems& problems,
                                 std::vector<std::string>& words, Progress& progress) {
   auto opened = recording.open_frames(1, problems);
   if (!opened.ok()) return opened.error();
-  FrameFileSource& source = *opened.value();
+  RecordedFrameSource& source = *opened.value();
   FrameInfo info;
   info.present = true;
   info.width = recording.frame_size().width_px;

@@ -48,6 +48,7 @@ Json to_json(const replay::RecordingInfo& info, const std::vector<std::string>& 
                    {"height", size_or_null(f.height)},
                    {"gaps", f.gaps}};
   out["masks"] = {{"count", info.masks.count}};
+  if (info.triggers.present) out["triggers"] = {{"count", info.triggers.count}};
   out["problems"] = problems;
   return out;
 }
@@ -74,6 +75,8 @@ void print_text(const replay::RecordingInfo& info, const std::vector<std::string
                 info.truth.last_s);
   if (info.masks.present)
     std::printf("masks     %llu\n", static_cast<unsigned long long>(info.masks.count));
+  if (info.triggers.count > 0)
+    std::printf("triggers  %llu, not used\n", static_cast<unsigned long long>(info.triggers.count));
   if (problems.empty()) std::printf("problems  none\n");
   for (const std::string& problem : problems) std::printf("problem   %s\n", problem.c_str());
 }
@@ -91,7 +94,8 @@ class InfoCommand final : public Command {
   }
 
   void declare(CLI::App& app) override {
-    app.add_option("RECORDING", path_, "Recording folder, EuRoC mav0 folder or event file")
+    app.add_option("RECORDING", path_,
+                   "Recording folder, EuRoC mav0 folder, AEDAT file or event file")
         ->required();
     app.add_option("--config", config_,
                    "Settings file (YAML): which camera gives the events, where the calibration is");

@@ -29,8 +29,8 @@ struct PlayOptions {
 /// The opened streams of a recording.
 struct Streams {
   std::unique_ptr<FrameSource> frames;
-  replay::FrameFileSource* frame_file = nullptr;  ///< the same, when there are pictures
-  std::unique_ptr<replay::ImuFileSource> imu;
+  replay::RecordedFrameSource* frame_file = nullptr;  ///< the same, when there are pictures
+  std::unique_ptr<replay::RecordedImuSource> imu;
   std::optional<replay::EventReplay> events;
 
   [[nodiscard]] RunSources sources() const;

@@ -87,9 +87,10 @@ std::string clock_problem(const replay::Recording& recording, double time_shift_
     if (imu.value()->malformed() > 0) words.append("; ").append(imu.value()->last_message());
     return words;
   }
+  std::string words = overlap.words(recording.files().frames, recording.files().imu);
+  if (recording.container() != nullptr) return words;
   const bool euroc = recording.layout() == replay::Layout::kEuroc;
-  return overlap.words(recording.files().frames, recording.files().imu) + "; stamps must be " +
-         (euroc ? "nanoseconds" : "seconds") + " on one clock";
+  return words + "; stamps must be " + (euroc ? "nanoseconds" : "seconds") + " on one clock";
 }
 
 }  // namespace pled::apps

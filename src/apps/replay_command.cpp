@@ -41,7 +41,7 @@ class ReplayCommand final : public Command {
 
   void declare(CLI::App& app) override {
     app.add_option("RECORDING", options_.play.recording,
-                   "Folder in the RPG DAVIS layout, or a EuRoC mav0 folder")
+                   "Folder in the RPG DAVIS layout, a EuRoC mav0 folder, or an AEDAT file")
         ->required();
     app.add_option("--out", options_.out,
                    "Folder for trajectory.tum, features.csv, report.json, config.yaml, report.html")

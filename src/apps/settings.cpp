@@ -19,8 +19,11 @@ std::optional<AppConfig> settings(const std::string& file) {
 }
 
 std::optional<AppConfig> settings_for(const std::string& recording, const std::string& file) {
-  const std::filesystem::path own = std::filesystem::path(recording) / "settings.yaml";
   std::error_code ignored;
+  const std::filesystem::path path(recording);
+  // Of a recording that is one file they lie beside it.
+  const bool is_file = std::filesystem::is_regular_file(path, ignored);
+  const std::filesystem::path own = (is_file ? path.parent_path() : path) / "settings.yaml";
   if (!file.empty() || !std::filesystem::is_regular_file(own, ignored)) return settings(file);
   print_note("settings are those of " + own.string() + "; --config names others");
   return settings(own.string());

@@ -14,6 +14,11 @@ bool is_file(const fs::path& path) {
   return fs::is_regular_file(path, ignored);
 }
 
+/// Where a recording has its calibration: the folder that it is, or that it lies in.
+fs::path folder_of(const fs::path& recording) {
+  return is_file(recording) ? recording.parent_path() : recording;
+}
+
 /// The mav0 folder of a EuRoC recording: the folder itself or one inside it.
 fs::path mav0_of(const fs::path& recording) {
   std::error_code ignored;
@@ -35,9 +40,10 @@ Cameras euroc_cameras(const fs::path& mav0) {
 }
 
 Cameras find_cameras(const fs::path& recording, const AppConfig& config, std::string& source) {
-  const fs::path own_calib = recording / "calib.txt";
+  const fs::path folder = folder_of(recording);
+  const fs::path own_calib = folder / "calib.txt";
   const fs::path calib_txt = is_file(own_calib) ? own_calib : fs::path();
-  const fs::path own = recording / "camchain.yaml";
+  const fs::path own = folder / "camchain.yaml";
   if (is_file(own)) {
     source = own.string();
     return load_camchain(own, calib_txt);
@@ -83,7 +89,8 @@ ConfigError no_such_camera(const std::vector<NamedCamera>& cameras, const std::s
 
 std::variant<ImuNoise, ConfigError> load_recording_imu(const fs::path& recording,
                                                        const AppConfig& config) {
-  if (is_file(recording / "imu.yaml")) return load_imu_noise(recording / "imu.yaml");
+  const fs::path own = folder_of(recording) / "imu.yaml";
+  if (is_file(own)) return load_imu_noise(own);
   if (!config.calibration.imu.empty()) return load_imu_noise(config.calibration.imu);
   const fs::path euroc = mav0_of(recording) / "imu0/sensor.yaml";
   if (is_file(euroc)) return load_imu_noise(euroc);

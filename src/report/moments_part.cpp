@@ -55,9 +55,29 @@ Json without_pictures(const std::vector<Moment>& moments, PlayedSpan span) {
   return out;
 }
 
-/// Adds the frames: only those that are shown are decoded.
-void add_frames(const std::vector<Moment>& moments, const replay::Recording& recording,
-                std::size_t bytes_each, Json& out, std::vector<std::string>& notes) {
+/// Adds the frames of a container, which can only be gone through from the beginning.
+void add_contained_frames(const std::vector<Moment>& moments, const replay::Recording& recording,
+                          std::size_t bytes_each, Json& out, std::vector<std::string>& notes) {
+  replay::Problems problems;
+  auto source = recording.open_frames(1, problems);
+  for (const replay::Problem& problem : problems) notes.push_back(replay::to_string(problem));
+  std::size_t k = 0;
+  while (source.ok() && k < moments.size()) {
+    const auto frame = source.value()->acquire(Duration{});
+    if (!frame.ok() && frame.error().code == ErrorCode::kCorrupt) continue;
+    if (!frame.ok()) break;
+    while (k < moments.size() && moments[k].stamp_ns < frame.value().stamp_ns) ++k;
+    if (k < moments.size() && moments[k].stamp_ns == frame.value().stamp_ns) {
+      out[k]["frame"] = png_base64_within(shrunk(frame.value().image, kMaxPicture_px), bytes_each);
+      ++k;
+    }
+    source.value()->release();
+  }
+}
+
+/// Adds the frames of a list: only those that are shown are decoded.
+void add_listed_frames(const std::vector<Moment>& moments, const replay::Recording& recording,
+                       std::size_t bytes_each, Json& out, std::vector<std::string>& notes) {
   const replay::RecordingFiles& files = recording.files();
   const auto format = recording.layout() == replay::Layout::kEuroc ? replay::FrameListFormat::kEuroc
                                                                    : replay::FrameListFormat::kRpg;
@@ -132,8 +152,11 @@ Json make_moments(const std::vector<Moment>& moments, const replay::Recording* r
     const std::size_t each = picture_bytes / std::max<std::size_t>(moments.size(), 1);
     const bool has_events =
         recording->has(replay::Stream::kEvents) && recording->event_size().width_px > 0;
-    if (recording->has(replay::Stream::kFrames))
+    if (recording->has(replay::Stream::kFrames)) {
+      const auto add_frames =
+          recording->container() != nullptr ? add_contained_frames : add_listed_frames;
       add_frames(moments, *recording, has_events ? each * 2 / 3 : each, list, notes);
+    }
     if (recording->has(replay::Stream::kMasks)) add_labels(moments, *recording, list);
     if (has_events) add_events(moments, *recording, span, each / 3, list, event_rates, notes);
     out["width_px"] = recording->frame_size().width_px;

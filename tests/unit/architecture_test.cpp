@@ -71,6 +71,8 @@ constexpr std::array kLibraryRules{
     LibraryRule{"libusb", "drivers/usb", false},
     LibraryRule{"png.h", "drivers/replay sim report", false},
     LibraryRule{"jpeglib.h", "drivers/replay sim", false},
+    LibraryRule{"lz4frame.h", "drivers/replay", false},
+    LibraryRule{"zstd", "drivers/replay", false},
     LibraryRule{"yaml-cpp/", "config", false},
     LibraryRule{"CLI/", "apps", false},
     LibraryRule{"nlohmann/", "report apps", false},

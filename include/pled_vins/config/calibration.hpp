@@ -17,11 +17,11 @@ struct LoadedCalibration {
   std::vector<std::string> notes;
 };
 
-/// The calibration of a recording: its own camchain.yaml and imu.yaml; else the
-/// files that `config` names; else the sensor.yaml files of a EuRoC `mav0` folder.
-/// A camera of camchain.yaml without intrinsics takes those of calib.txt. Errors:
-/// nothing found, unreadable, or a value that cannot be true (rotation not
-/// orthonormal, focal length or noise not positive, principal point outside).
+/// The calibration of a recording: its own camchain.yaml and imu.yaml, beside it when it is
+/// one file; else the files that `config` names; else the sensor.yaml files of a EuRoC `mav0`
+/// folder. A camera of camchain.yaml without intrinsics takes those of calib.txt. Errors: nothing
+/// found, unreadable, or a value that cannot be true (rotation not orthonormal, focal length or
+/// noise not positive, principal point outside).
 [[nodiscard]] std::variant<LoadedCalibration, ConfigError> load_calibration(
     const std::filesystem::path& recording, const AppConfig& config);
 

@@ -5,8 +5,12 @@
 
 #include <doctest/doctest.h>
 
+#include "drivers/decode/aedat2_event_decoder.hpp"
+#include "drivers/decode/aedat4_event_decoder.hpp"
 #include "drivers/decode/evt3_decoder.hpp"
 #include "drivers/decode/text_event_decoder.hpp"
+#include "unit/drivers/aedat2_writer.hpp"
+#include "unit/drivers/aedat4_writer.hpp"
 #include "unit/drivers/evt3_words.hpp"
 
 using namespace pled;
@@ -66,6 +70,26 @@ Scene random_scene(std::uint64_t seed, int steps) {
   return scene;
 }
 
+Event random_event(std::mt19937_64& random, std::int64_t t_us) {
+  return {{t_us},
+          static_cast<std::uint16_t>(random() % kWidth),
+          static_cast<std::uint16_t>(random() % kHeight),
+          static_cast<Polarity>(random() % 2)};
+}
+
+template <typename Decoder>
+void check_all_cuts(const std::vector<std::byte>& bytes, const std::vector<Event>& expected) {
+  for (std::size_t part = 1; part < 64; ++part) {
+    CAPTURE(part);
+    Decoder decoder(kWidth, kHeight);
+    REQUIRE(same(decode_all(decoder, bytes, part), expected));
+    decoder.finish();
+    REQUIRE(decoder.faults().malformed == 0);
+  }
+  Decoder decoder(kWidth, kHeight);
+  CHECK(same(decode_all(decoder, bytes), expected));
+}
+
 }  // namespace
 
 TEST_SUITE("drivers.event_decoder") {
@@ -120,8 +144,55 @@ TEST_SUITE("drivers.event_decoder") {
     }
   }
 
+  TEST_CASE("AEDAT 4: decoding gives what was encoded, wherever the bytes are cut") {
+    for (const std::uint64_t seed : {1U, 2U, 3U}) {
+      CAPTURE(seed);
+      std::mt19937_64 random(seed);
+      std::vector<std::byte> bytes;
+      std::vector<Event> expected;
+      std::int64_t t_us = 1'605'537'493'718'345;
+      for (int i = 0; i < 300; ++i) {
+        // Now and then longer than a stamp is believed at once.
+        t_us += static_cast<std::int64_t>(random() % 50 == 0 ? 2'000'000 : random() % 300);
+        const Event event = random_event(random, t_us);
+        expected.push_back(event);
+        const auto record =
+            event_record(t_us, event.x_px, event.y_px, static_cast<int>(event.polarity));
+        bytes.insert(bytes.end(), record.begin(), record.end());
+      }
+      check_all_cuts<Aedat4EventDecoder>(bytes, expected);
+    }
+  }
+
+  TEST_CASE("AEDAT 2: decoding gives what was encoded, wherever the bytes are cut") {
+    for (const std::uint64_t seed : {1U, 2U, 3U}) {
+      CAPTURE(seed);
+      std::mt19937_64 random(seed);
+      Pairs pairs;
+      std::vector<Event> expected;
+      std::int64_t t_us = 0xFFFF'0000;  // wraps soon
+      const std::int64_t begin_us = static_cast<std::int32_t>(t_us) - t_us;
+      for (int i = 0; i < 500; ++i) {
+        t_us += static_cast<std::int64_t>(random() % 300);
+        const auto stamp = static_cast<std::uint32_t>(t_us);
+        const Event event = random_event(random, begin_us + t_us);
+        if (random() % 3 == 0) {
+          add_imu(pairs, stamp, {1, 2, 3, 4, 5, 6, 7});
+          continue;
+        }
+        expected.push_back(event);
+        pairs.push_back(
+            {dvs(static_cast<unsigned>(kWidth - 1 - event.x_px),
+                 static_cast<unsigned>(kHeight - 1 - event.y_px), event.polarity == Polarity::kOn),
+             stamp});
+      }
+      check_all_cuts<Aedat2EventDecoder>(wire(pairs), expected);
+    }
+  }
+
   TEST_CASE_TEMPLATE("any bytes: all are consumed, no event is outside, time never decreases",
-                     Decoder, Evt3Decoder, TextEventDecoder) {
+                     Decoder, Evt3Decoder, TextEventDecoder, Aedat2EventDecoder,
+                     Aedat4EventDecoder) {
     for (std::uint64_t seed = 10; seed < 30; ++seed) {
       CAPTURE(seed);
       const auto bytes = random_bytes(seed, 50'001);

@@ -8,6 +8,9 @@
 #include "drivers/replay/frame_source.hpp"
 #include "drivers/replay/imu_source.hpp"
 #include "drivers/replay/raw_file_source.hpp"
+#include "drivers/replay/recording.hpp"
+#include "unit/drivers/aedat2_writer.hpp"
+#include "unit/drivers/aedat4_writer.hpp"
 #include "unit/drivers/recording_writer.hpp"
 
 namespace {
@@ -33,6 +36,75 @@ void operator delete[](void* memory, std::size_t) noexcept { std::free(memory); 
 using namespace pled;
 using namespace pled::replay;
 using namespace pled::support;
+
+namespace {
+
+/// A second of everything, and faults.
+Bytes aedat4_of(int compression) {
+  Aedat4File file({.compression = compression});
+  for (std::int64_t t_us = 0; t_us < 1'000'000; t_us += 10'000) {
+    FrameRow frame{t_us, 0, 0, 0, 20, 10, pattern(20, 10)};
+    const std::vector<Event> events(100, {{t_us}, 3, 4, Polarity::kOn});
+    file.add(0, events_packet(events)).add(0, triggers_packet(1));
+    file.add(2, imu_packet({{t_us, {1, 0, 0}, {}}})).add(2, triggers_packet(1));
+    file.add(1, frame_packet(frame)).add(1, triggers_packet(1));
+  }
+  return file.bytes();
+}
+
+std::vector<std::byte> aedat2_of_a_second() {
+  Pairs pairs;
+  for (unsigned t_us = 0; t_us < 1'000'000; t_us += 1000) {
+    for (unsigned i = 0; i < 100; ++i) pairs.push_back({dvs(i, 7, true), t_us});
+    add_imu(pairs, t_us, {1, 2, 3, 4, 5, 6, 7});
+    pairs.push_back({imu_word(3, 0), t_us});
+  }
+  return aedat2_file(kAedat2Head, pairs);
+}
+
+struct Counts {
+  std::size_t events = 0;
+  std::size_t samples = 0;
+  std::size_t frames = 0;
+};
+
+/// Plays all streams of a recording and says how often memory was asked for meanwhile.
+std::uint64_t allocations_of_playing(const Recording& recording, Counts& counts) {
+  Problems problems;
+  auto events = recording.open_events(problems);
+  auto imu = recording.open_imu(problems);
+  REQUIRE(events.ok());
+  REQUIRE(imu.ok());
+  std::unique_ptr<RecordedFrameSource> frames;
+  if (recording.has(Stream::kFrames))
+    frames = std::move(recording.open_frames(1, problems)).value();
+  std::vector<Event> out(EventDecoder::kMinOutput);
+  EventSource& source = *events.value().source;
+  const std::uint64_t before = allocations;
+  const bool started = source.start().ok();
+  for (auto chunk = source.acquire({}); started && chunk.ok(); chunk = source.acquire({})) {
+    std::span<const std::byte> bytes = chunk.value().bytes;
+    while (!bytes.empty()) {
+      const DecodeStep step = events.value().decoder->decode(bytes, out);
+      bytes = bytes.subspan(step.bytes_consumed);
+      counts.events += step.events;
+    }
+    source.release();
+  }
+  for (auto sample = imu.value()->read({});
+       sample.ok() || sample.error().code == ErrorCode::kBadNumber; sample = imu.value()->read({}))
+    counts.samples += sample.ok() ? 1U : 0U;
+  while (frames != nullptr) {
+    const auto frame = frames->acquire({});
+    if (!frame.ok() && frame.error().code != ErrorCode::kCorrupt) break;
+    if (!frame.ok()) continue;
+    ++counts.frames;
+    frames->release();
+  }
+  return allocations - before;
+}
+
+}  // namespace
 
 TEST_SUITE("drivers.allocations") {
   TEST_CASE("reading a long text file of events allocates nothing after opening") {
@@ -111,5 +183,31 @@ TEST_SUITE("drivers.allocations") {
     const std::uint64_t after = allocations;
     CHECK(frames == 40);
     CHECK(after == before);
+  }
+
+  TEST_CASE("playing an AEDAT file allocates nothing of ours after opening, faults included") {
+    for (const int compression : {0, 1, 3}) {
+      CAPTURE(compression);
+      if (!can_pack(compression)) continue;
+      const TemporaryFolder folder;
+      write_file(folder / "a.aedat4", aedat4_of(compression));
+      Problems problems;
+      const auto recording = Recording::open(folder / "a.aedat4", problems);
+      REQUIRE(recording.ok());
+      Counts counts;
+      CHECK(allocations_of_playing(recording.value(), counts) == 0);
+      CHECK(counts.events == 100 * 100);
+      CHECK(counts.samples == 100);
+      CHECK(counts.frames == 100);
+    }
+    const TemporaryFolder folder;
+    write_file(folder / "a.aedat", aedat2_of_a_second());
+    Problems problems;
+    const auto recording = Recording::open(folder / "a.aedat", problems);
+    REQUIRE(recording.ok());
+    Counts counts;
+    CHECK(allocations_of_playing(recording.value(), counts) == 0);
+    CHECK(counts.events == 100 * 1000);
+    CHECK(counts.samples == 1000);
   }
 }

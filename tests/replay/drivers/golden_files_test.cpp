@@ -1,12 +1,18 @@
+#include <algorithm>
+#include <array>
+#include <cmath>
 #include <cstdlib>
 #include <limits>
+#include <numbers>
 #include <string>
 
 #include <doctest/doctest.h>
 
 #include "drivers/decode/evt3_decoder.hpp"
+#include "drivers/replay/raw_file_source.hpp"
 #include "drivers/replay/raw_header.hpp"
 #include "drivers/replay/recording_info.hpp"
+#include "unit/drivers/aedat_reading.hpp"
 #include "unit/drivers/evt3_words.hpp"
 
 using namespace pled;
@@ -68,6 +74,79 @@ TEST_SUITE("drivers.golden_files") {
     CHECK(decoder.faults().time_backwards > 0);
     // Nine steps back that each added 4096 us would make 37 ms more.
     CHECK(last_us - first_us < 10'000);
+  }
+
+  TEST_CASE("the AEDAT files have their published events, samples, frames and triggers") {
+    const std::string folder = recordings("counts of the AEDAT 2.0 and 4.0 files");
+    if (folder.empty()) return;
+    struct Expected {
+      const char* name;
+      ImageSize size;
+      std::uint64_t events;
+      std::uint64_t on;
+      double seconds;
+      std::uint64_t imu;
+      std::uint64_t frames;
+      std::uint64_t triggers;
+    };
+    constexpr std::uint64_t kNotPublished = 0;
+    for (const Expected& expected :
+         {Expected{"aedat2/IMU_rotDisk.aedat", {240, 180}, 374'296, 163'098, 3.167, 7'384, 0, 0},
+          Expected{
+              "aedat4/davis346_short.aedat4", {346, 260}, 6'676, kNotPublished, 0.170, 160, 4, 17},
+          Expected{
+              "aedat4/dvxplorer.aedat4", {320, 240}, 111'954, kNotPublished, 0.590, 475, 0, 0}}) {
+      CAPTURE(expected.name);
+      const std::string path = folder + "/formats/" + expected.name;
+      const RecordingInfo info = survey_of(path);
+      CHECK(info.events.count == expected.events);
+      CHECK(info.events.width == expected.size.width_px);
+      CHECK(info.events.height == expected.size.height_px);
+      CHECK(info.events.last_s - info.events.first_s ==
+            doctest::Approx(expected.seconds).epsilon(0.005));
+      CHECK(info.imu.count == expected.imu);
+      CHECK(info.imu.gaps == 0);
+      CHECK(info.frames.count == expected.frames);
+      CHECK(info.triggers.count == expected.triggers);
+      CHECK(info.problems.empty());
+      Problems problems;
+      const auto recording = Recording::open(path, problems);
+      REQUIRE(recording.ok());
+      CHECK(problems.empty());
+      const support::Played played = support::play(recording.value());
+      const auto on = std::count_if(played.events.begin(), played.events.end(),
+                                    [](const Event& e) { return e.polarity == Polarity::kOn; });
+      if (expected.on != kNotPublished) CHECK(static_cast<std::uint64_t>(on) == expected.on);
+      CHECK(played.lost_packets + played.bad_samples + played.bad_frames == 0);
+      CHECK(played.faults.time_backwards + played.faults.outside_sensor == 0);
+      // Whatever the axes, the cameras stand or turn slowly: gravity is what is felt.
+      double sum_mps2 = 0.0;
+      for (const ImuSample& sample : played.imu)
+        sum_mps2 += std::hypot(sample.accel_mps2[0], sample.accel_mps2[1], sample.accel_mps2[2]);
+      CHECK(sum_mps2 / static_cast<double>(played.imu.size()) ==
+            doctest::Approx(9.81).epsilon(0.1));
+    }
+  }
+
+  TEST_CASE("the disk of the AEDAT 2.0 file turns as slowly as its gyro is known to say") {
+    const std::string folder = recordings("the roll of IMU_rotDisk");
+    if (folder.empty()) return;
+    Problems problems;
+    const auto recording = Recording::open(folder + "/formats/aedat2/IMU_rotDisk.aedat", problems);
+    REQUIRE(recording.ok());
+    const support::Played played = support::play(recording.value());
+    // The fastest axis of the mean is the roll: 25 to 34 deg/s of it.
+    std::array<double, 3> mean_degps{};
+    for (const ImuSample& sample : played.imu)
+      for (std::size_t axis = 0; axis < 3; ++axis)
+        mean_degps[axis] += sample.gyro_radps[axis] * 180.0 / std::numbers::pi /
+                            static_cast<double>(played.imu.size());
+    MESSAGE("mean rate about x, y, z: " << mean_degps[0] << ", " << mean_degps[1] << ", "
+                                        << mean_degps[2] << " deg/s");
+    CHECK(std::abs(mean_degps[2]) > std::abs(mean_degps[0]));
+    CHECK(std::abs(mean_degps[2]) > std::abs(mean_degps[1]));
+    CHECK(std::abs(mean_degps[2]) > 20.0);
+    CHECK(std::abs(mean_degps[2]) < 35.0);
   }
 
   TEST_CASE("the simulated recordings have their published event, frame and sample counts") {

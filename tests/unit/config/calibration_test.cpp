@@ -260,6 +260,15 @@ TEST_SUITE("config.calibration") {
     CHECK(load(bare, config).rig.imu.rate_hz == 1000.0);
   }
 
+  TEST_CASE("the calibration of a recording that is one file lies beside it") {
+    const ScratchFolder folder;
+    folder.write("walk.aedat4", "#!AER-DAT4.0");
+    folder.write("camchain.yaml", camera("cam0"));
+    folder.write("imu.yaml", kImu);
+    CHECK(std::holds_alternative<pled::LoadedCalibration>(
+        pled::load_calibration(folder.path() / "walk.aedat4", {})));
+  }
+
   TEST_CASE("nothing found is an error that says what to do") {
     const ScratchFolder folder;
     const auto none = pled::load_calibration(folder.path(), {});
