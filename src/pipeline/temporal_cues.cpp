@@ -1,23 +1,46 @@
 #include "pled_vins/pipeline/temporal_cues.hpp"
 
+#include <algorithm>
+
 #include "pled_vins/imu/dead_reckoning.hpp"
 #include "pled_vins/reliability/event_count.hpp"
 
 namespace pled {
+namespace {
+
+constexpr double kGate_px = 1.5;
+constexpr std::size_t kFewestPairs = 15;
+/// Any speed fits as well; this one lets depths of 0.2 m and more at a walk be fitted.
+constexpr double kGuessedSpeed_mps = 1.0;
+
+}  // namespace
 
 TemporalCues::TemporalCues(const MotionCueConfig& config, const RigCalibration& rig,
                            bool read_map) noexcept
-    : rig_(rig), read_map_(read_map), motion_(config, rig) {}
+    : rig_(rig),
+      read_map_(read_map),
+      motion_(config, rig),
+      check_(mean_focal_px(rig.cameras[rig.frame_camera]), kGate_px) {}
+
+void TemporalCues::reset() noexcept {
+  motion_.reset();
+  check_.reset();
+}
 
 std::span<const TemporalWeights> TemporalCues::judge(const FrameMeasurement& frame,
                                                      const ImuHistory& imu,
                                                      const std::optional<NavState>& known,
+                                                     const Eigen::Vector3d& gyro_bias_radps,
                                                      const EventStage* events) noexcept {
   const auto times = motion_.times(frame.t);
-  std::array<Pose, limits::kCueFrames + 1> path;
+  const std::span<const Timestamp> t{times.data(), times.size()};
+  Path path;
   std::size_t poses = 0;
-  if (known && dead_reckon(imu, *known, rig_.imu.gravity_mps2, {times.data(), times.size()}, path))
+  if (known && dead_reckon(imu, *known, rig_.imu.gravity_mps2, t, path)) {
     poses = times.size();
+  } else if (!known) {
+    poses = guess_path(frame, t, imu, gyro_bias_radps, path);
+  }
   motion_.judge(frame, std::span(path).first(poses), evidence_);
   const std::span<TemporalWeights> out = std::span(weights_).first(frame.points.size());
   for (std::size_t i = 0; i < out.size(); ++i) {
@@ -26,6 +49,57 @@ std::span<const TemporalWeights> TemporalCues::judge(const FrameMeasurement& fra
   }
   if (read_map_ && events != nullptr) read_map(frame, *events);
   return out;
+}
+
+/// Bearings then and now of the points of one camera that have been seen for so many frames.
+std::size_t TemporalCues::pairs_back(const FrameMeasurement& frame, std::size_t back,
+                                     std::uint8_t camera) noexcept {
+  std::size_t n = 0;
+  for (std::size_t i = 0; i < frame.points.size(); ++i) {
+    const PointMeasurement& p = frame.points[i];
+    if (p.camera != camera || p.track_length <= back) continue;
+    const std::optional<Eigen::Vector2d> then = motion_.bearing(p.id, back - 1, i);
+    if (then) pairs_[n++] = {then->x(), then->y(), p.bearing_xy[0], p.bearing_xy[1]};
+  }
+  return n;
+}
+
+/// Poses at the given times (now first) in the frame of the body now, up to scale. Ours.
+std::size_t TemporalCues::guess_path(const FrameMeasurement& frame,
+                                     std::span<const Timestamp> times, const ImuHistory& imu,
+                                     const Eigen::Vector3d& gyro_bias_radps, Path& path) noexcept {
+  const auto of_frames = [&](const PointMeasurement& p) { return p.camera == rig_.frame_camera; };
+  const bool has_frames = std::any_of(frame.points.begin(), frame.points.end(), of_frames);
+  const std::uint8_t camera = has_frames ? rig_.frame_camera : rig_.event_camera;
+  const Pose& T_body_cam = rig_.cameras[camera].T_body_cam;
+  for (std::size_t back = times.size() - 1; back > 0; --back) {
+    const std::size_t n = pairs_back(frame, back, camera);
+    if (n < kFewestPairs) continue;
+    const auto R_then_now = imu.rotation(times[back], times[0], gyro_bias_radps);
+    if (!R_then_now) continue;
+    const Eigen::Quaterniond R_now_then_cam =
+        T_body_cam.q.conjugate() * R_then_now->conjugate() * T_body_cam.q;
+    const MotionEstimate motion =
+        check_.judge(R_now_then_cam.toRotationMatrix(), std::span(pairs_).first(n),
+                     std::span(verdicts_).first(n));
+    const double span_s = (times[0] - times[back]).seconds();
+    const Eigen::Vector3d step = motion.translating
+                                     ? Eigen::Vector3d(T_body_cam.q * motion.direction)
+                                     : Eigen::Vector3d::Zero();
+    for (std::size_t k = 0; k <= back; ++k) {
+      Eigen::Quaterniond R_now_k = Eigen::Quaterniond::Identity();
+      if (k > 0) {
+        const auto R = imu.rotation(times[k], times[0], gyro_bias_radps);
+        if (!R) return 0;
+        R_now_k = R->conjugate();
+      }
+      // The camera's centre moves straight on; the body's is behind it by the lever arm.
+      const double s = kGuessedSpeed_mps * (times[0] - times[k]).seconds();
+      path[k] = {R_now_k, T_body_cam.p + s * step - R_now_k * T_body_cam.p};
+    }
+    return span_s > 0.0 ? back + 1 : 0;
+  }
+  return 0;
 }
 
 /// Where a point is seen in the event camera: its bearing turned exactly, moved by the baseline as

@@ -225,7 +225,7 @@ std::optional<NavState> VioPipeline::known_state() const noexcept {
 /// Before the bundle adjustment, with the state it gave for the last frame.
 void VioPipeline::weigh(FrameResult& result) noexcept {
   const StageTimer timer(health_, Stage::kScores);
-  result.temporal = cues_.judge(measurement_, imu_, known_state(), events_);
+  result.temporal = cues_.judge(measurement_, imu_, known_state(), gyro_bias(), events_);
 }
 
 }  // namespace pled

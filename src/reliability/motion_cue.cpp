@@ -79,6 +79,15 @@ FixedVector<Timestamp, limits::kCueFrames + 1> MotionCue::times(Timestamp t_now)
   return out;
 }
 
+std::optional<Eigen::Vector2d> MotionCue::bearing(FeatureId id, std::size_t back,
+                                                  std::size_t hint) const noexcept {
+  if (back >= num_past_) return std::nullopt;
+  const PastFrame& frame = past(back);
+  const std::optional<std::size_t> at = find({frame.ids.data(), frame.ids.size()}, id, hint);
+  if (!at) return std::nullopt;
+  return Eigen::Vector2d(frame.bearings[*at][0], frame.bearings[*at][1]);
+}
+
 void MotionCue::reset() noexcept { num_past_ = 0; }
 
 void MotionCue::judge(const FrameMeasurement& frame, std::span<const Pose> T_world_body,

@@ -6,6 +6,7 @@
 
 #include "pled_vins/core/limits.hpp"
 #include "pled_vins/core/messages.hpp"
+#include "pled_vins/frontend/motion_check.hpp"
 #include "pled_vins/geometry/camera.hpp"
 #include "pled_vins/imu/imu_history.hpp"
 #include "pled_vins/imu/preintegration.hpp"
@@ -38,21 +39,35 @@ class TemporalCues {
   TemporalCues(const MotionCueConfig& config, const RigCalibration& rig, bool read_map) noexcept;
 
   /// Weights for the points of `frame`, in its order; valid until the next call.
-  /// @param known   the estimator's newest state before this frame; nullopt: not tracking
+  /// @param known   the estimator's newest state before this frame; nullopt: not tracking. Then
+  ///        the camera is taken to have moved straight on in the direction that most points agree
+  ///        with, and to have turned as the gyro says: how fast does not matter to the misfit
   /// @param events  null without events
   [[nodiscard]] std::span<const TemporalWeights> judge(const FrameMeasurement& frame,
                                                        const ImuHistory& imu,
                                                        const std::optional<NavState>& known,
+                                                       const Eigen::Vector3d& gyro_bias_radps,
                                                        const EventStage* events) noexcept;
 
-  void reset() noexcept { motion_.reset(); }
+  void reset() noexcept;
 
  private:
+  using Path = std::array<Pose, limits::kCueFrames + 1>;
+
+  [[nodiscard]] std::size_t guess_path(const FrameMeasurement& frame,
+                                       std::span<const Timestamp> times, const ImuHistory& imu,
+                                       const Eigen::Vector3d& gyro_bias_radps,
+                                       Path& path) noexcept;
+  [[nodiscard]] std::size_t pairs_back(const FrameMeasurement& frame, std::size_t back,
+                                       std::uint8_t camera) noexcept;
   void read_map(const FrameMeasurement& frame, const EventStage& events) noexcept;
 
   RigCalibration rig_;
   bool read_map_;
   MotionCue motion_;
+  MotionCheck check_;
+  std::array<BearingPair, limits::kMaxPoints> pairs_{};
+  std::array<MotionVerdict, limits::kMaxPoints> verdicts_{};
   std::array<MotionEvidence, limits::kMaxPoints> evidence_{};
   std::array<TemporalWeights, limits::kMaxPoints> weights_{};
 };

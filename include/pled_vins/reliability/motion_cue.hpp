@@ -3,6 +3,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <span>
 
 #include <Eigen/Core>
@@ -50,6 +51,11 @@ class MotionCue {
   /// Times of the frames whose body poses judge() can use: the frame that is coming at `t_now`
   /// first, then earlier ones, newest first.
   [[nodiscard]] FixedVector<Timestamp, limits::kCueFrames + 1> times(Timestamp t_now) const noexcept;
+
+  /// Where a point was seen in a kept frame: 0 the last one, 1 the one before, ...; nullopt when it
+  /// was not. `hint`: its index in a neighbouring frame.
+  [[nodiscard]] std::optional<Eigen::Vector2d> bearing(FeatureId id, std::size_t back,
+                                                       std::size_t hint) const noexcept;
 
   /// Evidence for each point of `frame`; then keeps the frame for later ones.
   /// @param T_world_body  poses at times(frame.t), or fewer: then only those frames count. Empty:
