@@ -17,8 +17,8 @@ class StampSource final : public FrameSource {
   explicit StampSource(std::vector<std::int64_t> stamps_ns) : stamps_ns_(std::move(stamps_ns)) {}
 
   /// Times from the first to the last, `rate_hz` of them a second.
-  [[nodiscard]] static std::vector<std::int64_t> regular(std::int64_t first_ns, std::int64_t last_ns,
-                                                         double rate_hz);
+  [[nodiscard]] static std::vector<std::int64_t> regular(std::int64_t first_ns,
+                                                         std::int64_t last_ns, double rate_hz);
 
   Result<void> start() noexcept override { return {}; }
   Result<FrameView> acquire(Duration timeout) noexcept override;

@@ -62,8 +62,7 @@ constexpr std::array<BufferInfo, 17> table_of() {
       {"tracker.tracks", sizeof(std::optional<FrameTracker>)},
       {"events.bearings", sizeof(Events::bearings)},
       {"events.surface", sizeof(Events::pixels)},
-      {"events.picture",
-       sizeof(Events::picture) + sizeof(Events::drawing) + sizeof(Events::row)},
+      {"events.picture", sizeof(Events::picture) + sizeof(Events::drawing) + sizeof(Events::row)},
       {"events.pyramids", sizeof(Events::pyramids)},
       {"events.reference_patches", sizeof(Events::reference_patches)},
       {"events.map", sizeof(Events::map)},
@@ -141,9 +140,9 @@ EstimatorParts build_estimator(const limits::SensorClass& sensor, const RigCalib
   common.pipeline.emplace(rig, common.imu, *common.tracker, *common.backend, common.health,
                           settings.pipeline, common.events ? &*common.events : nullptr);
   common.runner.emplace(*common.pipeline, common.health);
-  return {&common.imu,       &common.health,
-          &*common.tracker,  common.events ? &*common.events : nullptr,
-          &*common.backend,  &*common.pipeline,
+  return {&common.imu,      &common.health,
+          &*common.tracker, common.events ? &*common.events : nullptr,
+          &*common.backend, &*common.pipeline,
           &*common.runner};
 }
 

@@ -103,8 +103,8 @@ bool start_is_inside(double whole_s, const PlayOptions& options) {
 bool has_what_it_needs(const replay::Recording& recording, const PlayOptions& options,
                        replay::Problems& problems) {
   const bool eyes =
-      recording.require(options.use_frames ? replay::Stream::kFrames : replay::Stream::kEvents,
-                        problems)
+      recording
+          .require(options.use_frames ? replay::Stream::kFrames : replay::Stream::kEvents, problems)
           .ok();
   const bool inertial = recording.require(replay::Stream::kImu, problems).ok();
   if (!(eyes && inertial) && problems.empty())
@@ -178,7 +178,7 @@ std::optional<OpenedRecording> open_recording(const PlayOptions& options) {
   if (!start_is_inside(whole_s, options)) return std::nullopt;
   std::optional<Streams> streams = open_streams(recording, options, stamps_ns, problems);
   if (print_problems(problems) || !streams) return std::nullopt;
-  return OpenedRecording{options, *config,  std::move(recording), *rig,
+  return OpenedRecording{options, *config, std::move(recording), *rig,
                          sensor,  whole_s, std::move(*streams)};
 }
 

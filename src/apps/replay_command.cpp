@@ -47,8 +47,10 @@ class ReplayCommand final : public Command {
                    "Folder for trajectory.tum, features.csv, report.json, config.yaml, report.html")
         ->required();
     app.add_flag("--force", options_.force, "Overwrite results that are there");
-    app.add_option("--config", options_.play.config, "Settings file (YAML); default: built-in settings");
-    app.add_option("--start", options_.play.start_s, "Begin this many seconds after the first frame")
+    app.add_option("--config", options_.play.config,
+                   "Settings file (YAML); default: built-in settings");
+    app.add_option("--start", options_.play.start_s,
+                   "Begin this many seconds after the first frame")
         ->type_name("S")
         ->check(seconds(true))
         ->default_val(0.0);

@@ -64,8 +64,10 @@ void ScoreRows::take(const FrameResult& result) {
     const PointMeasurement& point = points[i];
     const std::optional<Eigen::Vector2d> px = place(point, rig_, frame_camera_);
     if (!px) continue;
-    Row row{point.kind, report::is_moving(*labels, px->x(), px->y()),
-            result.backend->weights[i].used, {}};
+    Row row{point.kind,
+            report::is_moving(*labels, px->x(), px->y()),
+            result.backend->weights[i].used,
+            {}};
     for (std::size_t k = 0; k < row.w.size(); ++k)
       row.w[k] = result.temporal[i].of(kTemporalScoreNames[k].first);
     rows_.push_back(row);
@@ -86,8 +88,11 @@ std::vector<ScoreTable> ScoreRows::tables() const {
   for (std::size_t k = 0; k < kTemporalScoreNames.size(); ++k) {
     for (const FeatureKind kind : kKinds) {
       for (const bool used_only : {false, true}) {
-        ScoreTable table{std::string(kTemporalScoreNames[k].second), std::string(kind_name(kind)),
-                         used_only, {}, 0};
+        ScoreTable table{std::string(kTemporalScoreNames[k].second),
+                         std::string(kind_name(kind)),
+                         used_only,
+                         {},
+                         0};
         std::vector<LabelledWeight> weights;
         std::size_t seen = 0;
         for (const Row& row : rows_) {

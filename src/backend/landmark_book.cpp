@@ -79,8 +79,7 @@ void LandmarkBook::observe(SlidingWindow& window, const FrameMeasurement& frame,
       landmark = &window.landmarks.back();
     }
     (void)landmark->observations.push_back({static_cast<std::uint8_t>(state), point.camera,
-                                            point.bearing_xy, point.bearing_rate_xyps,
-                                            point.kind});
+                                            point.bearing_xy, point.bearing_rate_xyps, point.kind});
     if (landmark->age < 60000) ++landmark->age;
   }
   window.erase_landmarks([state](const Landmark& l) {

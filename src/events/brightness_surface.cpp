@@ -24,7 +24,9 @@ BrightnessSurface::BrightnessSurface(double tau_ms, int width_px, int height_px,
   clear();
 }
 
-void BrightnessSurface::clear() noexcept { std::fill(pixels_.begin(), pixels_.end(), BrightnessPixel{}); }
+void BrightnessSurface::clear() noexcept {
+  std::fill(pixels_.begin(), pixels_.end(), BrightnessPixel{});
+}
 
 /// Stamps that go back by a little count as simultaneous.
 float BrightnessSurface::decay(std::int32_t dt_us) const noexcept {
@@ -38,9 +40,8 @@ void BrightnessSurface::insert(std::span<const Event> events,
   for (std::size_t i = 0; i < events.size(); ++i) {
     if (verdicts[i] == EventVerdict::kHot || verdicts[i] == EventVerdict::kDropped) continue;
     const Event& e = events[i];
-    BrightnessPixel& pixel = pixels_[static_cast<std::size_t>(e.y_px) *
-                                         static_cast<std::size_t>(width_px_) +
-                                     e.x_px];
+    BrightnessPixel& pixel =
+        pixels_[static_cast<std::size_t>(e.y_px) * static_cast<std::size_t>(width_px_) + e.x_px];
     const auto t_us = static_cast<std::uint32_t>(e.t.us);
     const auto dt_us = static_cast<std::int32_t>(t_us - pixel.last_us);
     const float step = e.polarity == Polarity::kOn ? 1.0F : -1.0F;

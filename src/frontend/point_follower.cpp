@@ -34,8 +34,7 @@ constexpr double kMaxScale = 1.6;
 }  // namespace
 
 PointFollower::PointFollower(const FrontendConfig& config, const Camera& camera,
-                             std::span<std::int16_t> reference_memory,
-                             FeatureKind kind) noexcept
+                             std::span<std::int16_t> reference_memory, FeatureKind kind) noexcept
     : config_(config),
       camera_(camera),
       aligner_(config.patch_radius_px),

@@ -33,8 +33,8 @@ bool carry(const ImuHistory& imu, Timestamp to, const Eigen::Vector3d& gravity,
   const bool forward = to > x.t;
   std::array<ImuSample, kMaxSamples> samples;
   bool has_gap = false;
-  const std::size_t n = forward ? imu.interval(x.t, to, samples, has_gap)
-                                : imu.interval(to, x.t, samples, has_gap);
+  const std::size_t n =
+      forward ? imu.interval(x.t, to, samples, has_gap) : imu.interval(to, x.t, samples, has_gap);
   if (n < 2 || has_gap) return false;
   for (std::size_t k = 1; k < n; ++k) {
     if (forward) {

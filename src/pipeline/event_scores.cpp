@@ -9,8 +9,7 @@
 namespace pled {
 
 EventScores::EventScores(const ReliabilityConfig& config, const EventWarp& warp,
-                         const CameraCalibration& grid,
-                         const AnchoredMapBuffers& buffers) noexcept
+                         const CameraCalibration& grid, const AnchoredMapBuffers& buffers) noexcept
     : warp_(warp),
       grid_(grid),
       clock_(Duration{config.bin_us}),

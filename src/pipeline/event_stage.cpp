@@ -46,8 +46,8 @@ EventStage::EventStage(const EventStageConfig& config, const RigCalibration& rig
       map_warp_(make_warp(table_, rectified(camera_.calibration(), limits::kMapMargin_px))),
       limit_(config.events.max_rate_mevps),
       points_(config.events, config.tracking, camera_, rig.event_camera, warp_, buffers.points),
-      scores_(config.reliability, map_warp_, rectified(camera_.calibration(), limits::kMapMargin_px),
-              buffers.map) {}
+      scores_(config.reliability, map_warp_,
+              rectified(camera_.calibration(), limits::kMapMargin_px), buffers.map) {}
 
 void EventStage::follow_turn(const ImuHistory& imu,
                              const Eigen::Vector3d& gyro_bias_radps) noexcept {

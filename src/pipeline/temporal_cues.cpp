@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "pled_vins/frontend/epipolar_fit.hpp"
+#include "pled_vins/geometry/so3.hpp"
 #include "pled_vins/imu/dead_reckoning.hpp"
 #include "pled_vins/reliability/event_count.hpp"
 
@@ -10,6 +12,8 @@ namespace {
 
 constexpr double kGate_px = 1.5;
 constexpr std::size_t kFewestPairs = 15;
+/// What a gyro that nobody has calibrated yet may be off by.
+constexpr double kGyroBias_radps = 0.03;
 /// Any speed fits as well; this one lets depths of 0.2 m and more at a walk be fitted.
 constexpr double kGuessedSpeed_mps = 1.0;
 
@@ -76,28 +80,33 @@ std::size_t TemporalCues::guess_path(const FrameMeasurement& frame,
     const std::size_t n = pairs_back(frame, back, camera);
     if (n < kFewestPairs) continue;
     const auto R_then_now = imu.rotation(times[back], times[0], gyro_bias_radps);
-    if (!R_then_now) continue;
+    if (!R_then_now || !(times[0] > times[back])) continue;
     const Eigen::Quaterniond R_now_then_cam =
         T_body_cam.q.conjugate() * R_then_now->conjugate() * T_body_cam.q;
     const MotionEstimate motion =
         check_.judge(R_now_then_cam.toRotationMatrix(), std::span(pairs_).first(n),
                      std::span(verdicts_).first(n));
     const double span_s = (times[0] - times[back]).seconds();
-    const Eigen::Vector3d step = motion.translating
-                                     ? Eigen::Vector3d(T_body_cam.q * motion.direction)
-                                     : Eigen::Vector3d::Zero();
+    EpipolarFit fit;
+    if (motion.translating)
+      fit = fit_epipolar(R_now_then_cam.toRotationMatrix(), std::span(pairs_).first(n),
+                         motion.direction, mean_focal_px(rig_.cameras[camera]),
+                         kGyroBias_radps * span_s);
+    const Eigen::Vector3d step = motion.translating ? Eigen::Vector3d(T_body_cam.q * fit.direction)
+                                                    : Eigen::Vector3d::Zero();
+    const Eigen::Vector3d missed_radps = T_body_cam.q * fit.turn_rad / span_s;
     for (std::size_t k = 0; k <= back; ++k) {
       Eigen::Quaterniond R_now_k = Eigen::Quaterniond::Identity();
       if (k > 0) {
         const auto R = imu.rotation(times[k], times[0], gyro_bias_radps);
         if (!R) return 0;
-        R_now_k = R->conjugate();
+        R_now_k = so3::exp(missed_radps * (times[0] - times[k]).seconds()) * R->conjugate();
       }
       // The camera's centre moves straight on; the body's is behind it by the lever arm.
       const double s = kGuessedSpeed_mps * (times[0] - times[k]).seconds();
       path[k] = {R_now_k, T_body_cam.p + s * step - R_now_k * T_body_cam.p};
     }
-    return span_s > 0.0 ? back + 1 : 0;
+    return back + 1;
   }
   return 0;
 }

@@ -25,8 +25,7 @@ VioPipeline::VioPipeline(const RigCalibration& rig, ImuHistory& imu, FrameTracke
       frame_shift_(Duration::from_s(rig.cameras[rig.frame_camera].time_shift_s)),
       options_(options),
       events_(events),
-      cues_(options.motion_cue, rig,
-            options.all_scores || options.score != TemporalScore::kMotion),
+      cues_(options.motion_cue, rig, options.all_scores || options.score != TemporalScore::kMotion),
       find_time_shift_(options.find_time_shift) {}
 
 void VioPipeline::on_imu(const ImuSample& sample) noexcept {

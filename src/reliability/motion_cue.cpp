@@ -113,7 +113,8 @@ void MotionCue::fit_depth(const PointMeasurement& point, std::size_t index,
   std::size_t hint = index;
   for (std::size_t back = 0; back < known; ++back) {
     const PastFrame& frame = past(back);
-    const std::optional<std::size_t> at = find({frame.ids.data(), frame.ids.size()}, point.id, hint);
+    const std::optional<std::size_t> at =
+        find({frame.ids.data(), frame.ids.size()}, point.id, hint);
     if (!at) break;  // a track has no holes
     hint = *at;
     const Pose T_then_now = (T_world_body[back + 1] * camera.T_body_cam).inverse() * T_world_now;
@@ -123,8 +124,7 @@ void MotionCue::fit_depth(const PointMeasurement& point, std::size_t index,
   if (n == 0) return;
   double squares = 0.0;
   out.inverse_depth_pm = best_inverse_depth(std::span(sights).first(n), squares);
-  out.residual_px =
-      mean_focal_px(camera) * std::sqrt(squares / static_cast<double>(n));
+  out.residual_px = mean_focal_px(camera) * std::sqrt(squares / static_cast<double>(n));
   out.frames = static_cast<std::uint8_t>(n);
 }
 
@@ -132,6 +132,7 @@ void MotionCue::pool(const FrameMeasurement& frame, std::span<MotionEvidence> ou
   // Where the points stand in the frame camera's picture, as far as depth is known.
   std::array<Eigen::Vector2d, limits::kMaxPoints> place;
   std::array<double, limits::kMaxPoints> belief{};
+  std::array<double, limits::kMaxPoints> share{};
   const Pose T_cam_body = rig_.cameras[rig_.frame_camera].T_body_cam.inverse();
   const std::size_t n = frame.points.size();
   for (std::size_t i = 0; i < n; ++i) {
@@ -142,7 +143,9 @@ void MotionCue::pool(const FrameMeasurement& frame, std::span<MotionEvidence> ou
     place[i] = q.head<2>() / std::max(q.z(), kLeastZ);
     if (out[i].frames == 0) continue;
     const double residual = std::clamp(out[i].residual_px, kLeastResidual_px, kMostResidual_px);
-    belief[i] = std::log(residual / config_.even_px);
+    const bool of_events = p.kind == FeatureKind::kEventPoint;
+    belief[i] = std::log(residual / (of_events ? config_.event_even_px : config_.even_px));
+    share[i] = of_events ? config_.event_weight : 1.0;
   }
   const double narrow = 0.5 / (config_.pool_radius * config_.pool_radius);
   for (std::size_t i = 0; i < n; ++i) {
@@ -150,8 +153,9 @@ void MotionCue::pool(const FrameMeasurement& frame, std::span<MotionEvidence> ou
     double sum = 0.0;
     for (std::size_t k = 0; k < n; ++k) {
       if (out[k].frames == 0) continue;
-      const double w =
+      const double near =
           k == i ? config_.own_weight : std::exp(-narrow * (place[i] - place[k]).squaredNorm());
+      const double w = share[k] * near;
       weights += w;
       sum += w * belief[k];
     }

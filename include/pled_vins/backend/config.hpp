@@ -9,10 +9,10 @@ struct BackendConfig {
   double point_sigma_px = 0.15;  ///< least noise of a tracked point, one axis; more is measured
                                  ///< while tracking, 0.05 ... 10
   double event_point_sigma_px = 0.4;  ///< the same of an event point, 0.05 ... 10
-  double start_sigma_px = 0.7;   ///< the same until the estimator has started, 0.05 ... 10
-  double robust_scale = 2.0;     ///< Cauchy scale in sigmas of a point, 0.5 ... 100
-  int max_iterations = 8;        ///< solver steps a frame, 1 ... 50
-  int settled_iterations = 4;    ///< the same once it has moved for 2 s since its start, 1 ... 50
+  double start_sigma_px = 0.7;        ///< the same until the estimator has started, 0.05 ... 10
+  double robust_scale = 2.0;          ///< Cauchy scale in sigmas of a point, 0.5 ... 100
+  int max_iterations = 8;             ///< solver steps a frame, 1 ... 50
+  int settled_iterations = 4;  ///< the same once it has moved for 2 s since its start, 1 ... 50
   double keyframe_parallax_px =
       8.0;  ///< rotation-free parallax that makes a keyframe, at f = 200 px, 1 ... 100
   int min_observations = 3;             ///< of a point before it takes part, 2 ... 11

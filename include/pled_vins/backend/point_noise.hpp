@@ -14,9 +14,9 @@ class PointNoise {
   explicit PointNoise(const PointSigmas& least_px) noexcept
       : least_px_(least_px), measured_px_(least_px) {}
 
-  /// After a solve, for each kind: follows the median over points of the noise that their own residuals show
-  /// (per degree of freedom, so few sightings do not look exact). A median, because points that
-  /// move or are mistracked say nothing about the others.
+  /// After a solve, for each kind: follows the median over points of the noise that their own
+  /// residuals show (per degree of freedom, so few sightings do not look exact). A median, because
+  /// points that move or are mistracked say nothing about the others.
   void observe(const SlidingWindow& window, const RigCalibration& rig,
                const FactorSettings& settings) noexcept;
   void reset() noexcept { measured_px_ = least_px_; }

@@ -12,8 +12,7 @@
 namespace pled {
 
 /// Where one setting lives; the alternative is its type.
-using ConfigField =
-    std::variant<double*, int*, bool*, std::string*, TemporalScore*, EventPicture*>;
+using ConfigField = std::variant<double*, int*, bool*, std::string*, TemporalScore*, EventPicture*>;
 
 /// How a settings file and the command line call them.
 inline constexpr std::array kTemporalScoreNames{

@@ -21,11 +21,11 @@ namespace pled {
 
 /// The memory that event points need, whatever the sensor's size.
 struct EventPointBuffers {
-  std::span<SurfacePixel> pixels;          ///< one per pixel
-  std::span<BrightnessPixel> brightness;   ///< one per pixel
-  std::span<float> drawing;                ///< TimeSurface::floats_needed; may be the same memory
-  std::span<std::uint8_t> picture;         ///< one per pixel
-  FrameTrackerBuffers tracker;             ///< without those for finding corners
+  std::span<SurfacePixel> pixels;         ///< one per pixel
+  std::span<BrightnessPixel> brightness;  ///< one per pixel
+  std::span<float> drawing;               ///< TimeSurface::floats_needed; may be the same memory
+  std::span<std::uint8_t> picture;        ///< one per pixel
+  FrameTrackerBuffers tracker;            ///< without those for finding corners
 };
 
 /// Event corners and their tracks: at each observation the events are drawn as a picture, and the

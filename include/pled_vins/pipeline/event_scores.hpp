@@ -22,8 +22,8 @@ class EventScores {
  public:
   /// @param warp  to `grid`; outlives this object
   /// @param grid  rectified(camera, limits::kMapMargin_px)
-  EventScores(const ReliabilityConfig& config, const EventWarp& warp,
-              const CameraCalibration& grid, const AnchoredMapBuffers& buffers) noexcept;
+  EventScores(const ReliabilityConfig& config, const EventWarp& warp, const CameraCalibration& grid,
+              const AnchoredMapBuffers& buffers) noexcept;
 
   /// Says when the next observation will be (event camera's clock), before its events come.
   void expect(Timestamp t) noexcept;

@@ -67,8 +67,8 @@ struct EventStageConfig {
 /// What became of the events, since the start.
 struct EventStageCounts {
   SurfaceCounts surface;
-  std::uint64_t shed = 0;          ///< beyond the rate limit
-  std::uint64_t without_turn = 0;  ///< not in the map: nobody knew how the camera turned
+  std::uint64_t shed = 0;            ///< beyond the rate limit
+  std::uint64_t without_turn = 0;    ///< not in the map: nobody knew how the camera turned
   std::uint64_t still_pictures = 0;  ///< observations drawn without compensation, for the same
 };
 
@@ -95,7 +95,8 @@ class EventStage {
 
   /// The entropy-recency score at a ray of the event camera, at the last observation. nullopt: no
   /// evidence, or no map is kept.
-  [[nodiscard]] std::optional<PixelScore> score(const Eigen::Vector3d& ray_cam, ScorePooling pooling,
+  [[nodiscard]] std::optional<PixelScore> score(const Eigen::Vector3d& ray_cam,
+                                                ScorePooling pooling,
                                                 ScoreForm form) const noexcept;
 
   /// Says that the times of observations given so far were early by `shift`.

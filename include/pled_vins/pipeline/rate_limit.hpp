@@ -23,9 +23,9 @@ class RateLimit {
   void pass(std::span<const Event> events, const Take& take) noexcept {
     while (!events.empty()) {
       const std::int64_t slot = events.front().t.us >> kSlotLog2_us;
-      const Event* end = std::partition_point(
-          events.data(), events.data() + events.size(),
-          [&](const Event& e) { return e.t.us >> kSlotLog2_us <= slot; });
+      const Event* end =
+          std::partition_point(events.data(), events.data() + events.size(),
+                               [&](const Event& e) { return e.t.us >> kSlotLog2_us <= slot; });
       const auto n = static_cast<std::size_t>(end - events.data());
       if (slot != slot_) {
         slot_ = slot;

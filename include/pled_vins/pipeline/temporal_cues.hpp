@@ -56,8 +56,7 @@ class TemporalCues {
 
   [[nodiscard]] std::size_t guess_path(const FrameMeasurement& frame,
                                        std::span<const Timestamp> times, const ImuHistory& imu,
-                                       const Eigen::Vector3d& gyro_bias_radps,
-                                       Path& path) noexcept;
+                                       const Eigen::Vector3d& gyro_bias_radps, Path& path) noexcept;
   [[nodiscard]] std::size_t pairs_back(const FrameMeasurement& frame, std::size_t back,
                                        std::uint8_t camera) noexcept;
   void read_map(const FrameMeasurement& frame, const EventStage& events) noexcept;

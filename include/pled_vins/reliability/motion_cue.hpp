@@ -50,7 +50,8 @@ class MotionCue {
 
   /// Times of the frames whose body poses judge() can use: the frame that is coming at `t_now`
   /// first, then earlier ones, newest first.
-  [[nodiscard]] FixedVector<Timestamp, limits::kCueFrames + 1> times(Timestamp t_now) const noexcept;
+  [[nodiscard]] FixedVector<Timestamp, limits::kCueFrames + 1> times(
+      Timestamp t_now) const noexcept;
 
   /// Where a point was seen in a kept frame: 0 the last one, 1 the one before, ...; nullopt when it
   /// was not. `hint`: its index in a neighbouring frame.

@@ -91,7 +91,7 @@ TEST_SUITE("events.brightness_surface") {
   TEST_CASE("a still picture fades to the middle, and does not come back when stamps wrap") {
     Fixture f;
     f.insert(std::vector<Event>(5, event(1000, 3, 4, true)));
-    CHECK(f.at(3, 4, {1000}) == 218);  // 128 + 5 * 18
+    CHECK(f.at(3, 4, {1000}) == 218);            // 128 + 5 * 18
     CHECK(f.at(3, 4, {1000 + 300'000}) == 161);  // 128 + 90 / e
     CHECK(f.at(3, 4, {1000 + 3'000'000}) == 128);
     CHECK(f.at(3, 4, {1000 + (std::int64_t{1} << 32)}) == 128);
