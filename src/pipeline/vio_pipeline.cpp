@@ -50,6 +50,7 @@ void VioPipeline::on_clock_jump() noexcept {
   output_.has_pose = false;
   backend_.restart();
   cues_.reset();
+  admission_.reset();
   if (events_ != nullptr) events_->reset();
 }
 
@@ -190,6 +191,7 @@ void VioPipeline::add_event_points(
   for (const PointMeasurement& point : event_points_.points)
     if (!measurement_.points.push_back(point)) break;  // the settings leave room for all
   measurement_.lost += event_points_.lost;
+  if (options_.use_frames) admission_.decide(measurement_);
   if (!options_.use_frames) {
     measurement_.median_flow_px = event_points_.median_flow_px;
     measurement_.median_parallax_px = event_points_.median_parallax_px;

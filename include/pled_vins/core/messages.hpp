@@ -53,6 +53,7 @@ struct PointMeasurement {
   FeatureKind kind = FeatureKind::kImagePoint;
   std::uint8_t camera = 0;             ///< index into the rig's cameras
   bool inlier = true;                  ///< agrees with the camera's motion (two-point RANSAC)
+  bool for_solver = true;              ///< false: followed, but not needed for the pose
   std::uint32_t track_length = 1;      ///< frames in which it has been seen, this one included
   std::array<double, 2> raw_px{};      ///< distorted pixel, as the sensor gave it
   std::array<double, 2> bearing_xy{};  ///< undistorted, z = 1, camera frame

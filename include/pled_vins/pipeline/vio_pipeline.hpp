@@ -9,6 +9,7 @@
 #include "pled_vins/frontend/frame_tracker.hpp"
 #include "pled_vins/geometry/camera.hpp"
 #include "pled_vins/imu/imu_history.hpp"
+#include "pled_vins/pipeline/event_admission.hpp"
 #include "pled_vins/pipeline/event_stage.hpp"
 #include "pled_vins/pipeline/health.hpp"
 #include "pled_vins/pipeline/still_gyro_bias.hpp"
@@ -95,6 +96,7 @@ class VioPipeline {
   TimeShiftSearch time_shift_search_;
   PipelineOptions options_;
   EventStage* events_;
+  EventAdmission admission_;
   TemporalCues cues_;
   bool find_time_shift_;  ///< until the first pose
   std::optional<Timestamp> next_search_;

@@ -1,0 +1,29 @@
+#pragma once
+
+#include <cstddef>
+
+#include "pled_vins/core/fixed_vector.hpp"
+#include "pled_vins/core/limits.hpp"
+#include "pled_vins/core/messages.hpp"
+
+namespace pled {
+
+/// Decides which event points the solver gets. Ours: where frames show enough points for long
+/// enough, event points, which are followed two to three times less exactly, add cost and little
+/// else; in the dark and in fast motion, where frames lose theirs, they hold the pose. One that was
+/// admitted stays until it is lost, so that its track is whole.
+class EventAdmission {
+ public:
+  /// With so many image points that have been followed for kSettled frames nothing is admitted.
+  static constexpr std::size_t kEnough = 60;
+  static constexpr std::uint32_t kSettled = 4;
+
+  /// Sets for_solver of each event point; image points come before them.
+  void decide(FrameMeasurement& frame) noexcept;
+  void reset() noexcept { admitted_.clear(); }
+
+ private:
+  FixedVector<FeatureId, limits::kMaxPoints> admitted_;
+};
+
+}  // namespace pled

@@ -1,0 +1,26 @@
+#include "pled_vins/pipeline/event_admission.hpp"
+
+#include <algorithm>
+
+#include "pled_vins/core/check.hpp"
+
+namespace pled {
+
+void EventAdmission::decide(FrameMeasurement& frame) noexcept {
+  std::size_t settled = 0;
+  for (const PointMeasurement& p : frame.points)
+    if (p.kind == FeatureKind::kImagePoint && p.inlier && p.track_length >= kSettled) ++settled;
+  std::size_t room = settled < kEnough ? kEnough - settled : 0;
+  FixedVector<FeatureId, limits::kMaxPoints> kept;
+  for (PointMeasurement& p : frame.points) {
+    if (p.kind != FeatureKind::kEventPoint) continue;
+    const bool known = std::find(admitted_.begin(), admitted_.end(), p.id) != admitted_.end();
+    p.for_solver = known || room > 0;
+    if (!p.for_solver) continue;
+    if (!known) --room;
+    PLED_CHECK(kept.push_back(p.id));
+  }
+  admitted_ = kept;
+}
+
+}  // namespace pled
