@@ -87,8 +87,17 @@ void Backend::process(const FrameMeasurement& frame, const ImuHistory& imu,
     ++faults_.frames_refused;
     return;
   }
-  if (!tracking_ || !track(frame, imu, out)) begin(frame, imu, out);
+  offer(frame);
+  if (!tracking_ || !track(offered_, imu, out)) begin(offered_, imu, out);
   last_frame_t_ = frame.t;
+}
+
+/// Keeps the frame with those of its points that are meant for the solver.
+void Backend::offer(const FrameMeasurement& frame) noexcept {
+  offered_ = frame;
+  offered_.points.clear();
+  for (const PointMeasurement& point : frame.points)
+    if (point.for_solver) (void)offered_.points.push_back(point);
 }
 
 bool Backend::append_state(const FrameMeasurement& frame, const ImuHistory& imu) noexcept {
@@ -173,7 +182,7 @@ bool Backend::track(const FrameMeasurement& frame, const ImuHistory& imu,
     return false;
   }
   const bool degraded = verdict == Verdict::kWeak || frame.t < degraded_until_;
-  write_weights(frame, out);
+  write_weights(out);
   write_pose(window_.newest().x, frame,
              degraded ? EstimatorStatus::kDegraded : EstimatorStatus::kTracking, out);
   WindowState& state = window_.newest();
@@ -247,11 +256,10 @@ void Backend::write_pose(const NavState& x, const FrameMeasurement& frame, Estim
   out.pose.reset_counter = reset_counter_;
 }
 
-void Backend::write_weights(const FrameMeasurement& frame, BackendOutput& out) noexcept {
-  for (std::size_t i = 0; i < frame.points.size(); ++i) {
-    FeatureWeight& weight = out.weights[i];
+void Backend::write_weights(BackendOutput& out) noexcept {
+  for (FeatureWeight& weight : out.weights) {
     const Landmark* landmark = window_.find(weight.id);
-    if (!landmark || !frame.points[i].inlier) continue;
+    if (!landmark || weight.w == 0.0) continue;  // process() gave 0 to those that are no inliers
     weight.observations = static_cast<std::uint16_t>(landmark->observations.size());
     weight.used = landmark->in_solver;
     weight.w_geometric = landmark->weight;

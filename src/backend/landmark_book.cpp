@@ -70,7 +70,7 @@ std::optional<DepthEstimate> estimate_depth(const SlidingWindow& window, const R
 void LandmarkBook::observe(SlidingWindow& window, const FrameMeasurement& frame,
                            std::size_t state) const noexcept {
   for (const PointMeasurement& point : frame.points) {
-    if (!point.inlier || !point.for_solver) continue;
+    if (!point.inlier) continue;
     Landmark* landmark = window.find(point.id);
     if (!landmark) {
       Landmark fresh;

@@ -97,7 +97,8 @@ class Backend {
   void coast(const FrameMeasurement& frame, const ImuHistory& imu, BackendOutput& out) noexcept;
   void write_pose(const NavState& x, const FrameMeasurement& frame, EstimatorStatus status,
                   BackendOutput& out) const noexcept;
-  void write_weights(const FrameMeasurement& frame, BackendOutput& out) noexcept;
+  void offer(const FrameMeasurement& frame) noexcept;
+  void write_weights(BackendOutput& out) noexcept;
 
   BackendConfig config_;
   BackendConfig start_config_;  ///< with the point noise assumed until the start
@@ -113,6 +114,7 @@ class Backend {
   SlidingWindow window_;
   NormalEquations equations_;
 
+  FrameMeasurement offered_;
   bool tracking_ = false;
   bool bridging_ = false;  ///< the last frame lay in or behind a hole of the inertial data
   std::optional<StatePrior> given_start_;

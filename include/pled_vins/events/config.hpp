@@ -28,7 +28,7 @@ struct EventConfig {
   /// eta of the time surface, 1 to 500 ms. Paper, eq. (1).
   double surface_decay_ms = 20.0;
   int max_points = 30;                   ///< event points followed at once; 0: none
-  double corner_min_distance_px = 10.0;  ///< between event corners, at least 3
+  double corner_min_distance_px = 10.0;  ///< between event corners, 3 to 100
   double corner_max_age_ms = 30.0;       ///< an older event is no candidate. Ours.
   int corner_max_candidates = 4096;      ///< events looked at in one scan, bounds its time
 };
@@ -37,8 +37,8 @@ struct EventConfig {
 [[nodiscard]] constexpr ConfigIssue check(const EventConfig& c) noexcept {
   if (!(c.redundant_ms >= 0 && c.redundant_ms <= 1000))
     return {"events.redundant_ms", "must be in [0, 1000]"};
-  if (!(c.hot_rate_hz >= 50 && c.hot_rate_hz <= 1e5))
-    return {"events.hot_rate_hz", "must be in [50, 100000]"};
+  if (!(c.hot_rate_hz >= 100 && c.hot_rate_hz <= 1e5))
+    return {"events.hot_rate_hz", "must be in [100, 100000]"};
   if (!(c.hot_burst >= 2 && c.hot_burst <= 1000))
     return {"events.hot_burst", "must be in [2, 1000]"};
   if (!(c.hot_burst <= 0.03 * c.hot_rate_hz))
@@ -51,10 +51,10 @@ struct EventConfig {
     return {"events.surface_decay_ms", "must be in [1, 500]"};
   if (!(c.max_points == 0 || (c.max_points >= 20 && c.max_points <= 150)))
     return {"events.max_points", "must be 0 or in [20, 150]"};
-  if (!(c.corner_min_distance_px >= 3 && c.corner_min_distance_px <= 1000))
-    return {"events.corner_min_distance_px", "must be in [3, 1000]"};
-  if (!(c.corner_max_age_ms > 0 && c.corner_max_age_ms <= 1000))
-    return {"events.corner_max_age_ms", "must be in (0, 1000]"};
+  if (!(c.corner_min_distance_px >= 3 && c.corner_min_distance_px <= 100))
+    return {"events.corner_min_distance_px", "must be in [3, 100]"};
+  if (!(c.corner_max_age_ms >= 0.01 && c.corner_max_age_ms <= 1000))
+    return {"events.corner_max_age_ms", "must be in [0.01, 1000]"};
   if (!(c.corner_max_candidates >= 1 && c.corner_max_candidates <= 8192))
     return {"events.corner_max_candidates", "must be in [1, 8192]"};
   return {};

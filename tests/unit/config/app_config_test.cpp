@@ -101,6 +101,8 @@ TEST_SUITE("config.app_config") {
              Case{"backend: 5\n", 1, "group"},
              Case{"imu: {a: b}\n", 1, "must be text"},
              Case{"- a\n- b\n", 1, "key: value"},
+             Case{"events:\n  picture: sharp\n", 2, "must be brightness or time_surface"},
+             Case{"reliability: {score: Motion}\n", 1, "must be motion, paper or count"},
          }) {
       const ConfigError e = bad(c.text);
       CHECK(e.line == c.line);
@@ -145,6 +147,26 @@ TEST_SUITE("config.app_config") {
     CHECK(e.key == "backend.init_max_span_s");
     CHECK(e.line == 4);
     CHECK(contains(e.text, "init_min_span_s"));
+
+    const ConfigError crowded = bad("frontend: {max_points: 100}\nevents: {max_points: 51}\n");
+    CHECK(crowded.key == "events.max_points");
+    CHECK(crowded.line == 2);
+    CHECK(contains(crowded.text, "frontend.max_points"));
+    CHECK(good("frontend: {max_points: 100}\nevents: {max_points: 50}\n").events.max_points == 50);
+    CHECK(bad("events: {max_points: 19}\n").key == "events.max_points");
+  }
+
+  TEST_CASE("every word of a choice is understood, and written as it is read") {
+    for (const auto& [score, word] : pled::kTemporalScoreNames) {
+      const AppConfig c = good("reliability: {score: " + std::string(word) + "}\n");
+      CHECK(c.reliability.score == score);
+      CHECK(good(pled::to_documented_yaml(c)).reliability.score == score);
+    }
+    for (const auto picture : {pled::EventPicture::kBrightness, pled::EventPicture::kTimeSurface}) {
+      AppConfig c;
+      c.events.picture = picture;
+      CHECK(good(pled::to_documented_yaml(c)).events.picture == picture);
+    }
   }
 
   TEST_CASE("the range of every key is the range that check() knows") {
@@ -152,15 +174,19 @@ TEST_SUITE("config.app_config") {
       CAPTURE(key.key);
       const auto broken = [&](double value) {
         AppConfig c;
-        // The one rule between two values would answer for its neighbour.
+        // Rules between two values would answer for their neighbours.
         if (key.key == "backend.init_min_span_s") c.backend.init_max_span_s = 5;
         if (key.key == "backend.init_max_span_s") c.backend.init_min_span_s = 0.2;
+        if (key.key == "events.hot_burst") c.events.hot_rate_hz = 1e5;
+        if (key.key == "events.hot_rate_hz") c.events.hot_burst = 2;
         const pled::ConfigField field = key.field(c);
         if (auto* const* number = std::get_if<double*>(&field)) **number = value;
         if (auto* const* whole = std::get_if<int*>(&field)) **whole = static_cast<int>(value);
-        const pled::ConfigIssue issue =
-            check(c.frontend).key != nullptr ? check(c.frontend) : check(c.backend);
-        return issue.key == nullptr ? std::string() : std::string(issue.key);
+        for (const pled::ConfigIssue issue :
+             {check(c.frontend), check(c.events), check(c.reliability), check(c.motion_cue),
+              check(c.backend)})
+          if (issue.key != nullptr) return std::string(issue.key);
+        return std::string();
       };
       AppConfig defaults;
       const pled::ConfigField field = key.field(defaults);

@@ -25,6 +25,9 @@ TEST_SUITE("events.config") {
     CHECK(broken([](EventConfig& c) { c.surface_decay_ms = kNaN; }) == "events.surface_decay_ms");
     CHECK(broken([](EventConfig& c) { c.corner_min_distance_px = 2; }) ==
           "events.corner_min_distance_px");
+    // The tracker that follows the corners takes no more.
+    CHECK(broken([](EventConfig& c) { c.corner_min_distance_px = 101; }) ==
+          "events.corner_min_distance_px");
     CHECK(broken([](EventConfig& c) { c.corner_max_age_ms = 0; }) == "events.corner_max_age_ms");
     CHECK(broken([](EventConfig& c) { c.corner_max_candidates = 0; }) ==
           "events.corner_max_candidates");
