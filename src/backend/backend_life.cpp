@@ -45,7 +45,7 @@ void Backend::begin(const FrameMeasurement& frame, const ImuHistory& imu,
     still_.begin(frame, newest.imu.span().last(std::min<std::size_t>(newest.imu.size(), 12)),
                  newest.x, window_.state(0).x.t);
   out.keyframe = true;
-  write_weights(frame, out);
+  write_weights(out);
   write_pose(window_.newest().x, frame, EstimatorStatus::kTracking, out);
 }
 
