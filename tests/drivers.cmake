@@ -4,6 +4,7 @@ pled_add_tests(test_drivers
           unit/drivers/imu_source_test.cpp unit/drivers/image_reader_test.cpp
           unit/drivers/frame_source_test.cpp unit/drivers/recording_test.cpp
           unit/drivers/recording_info_test.cpp unit/drivers/input_faults_test.cpp
+          unit/drivers/stamp_source_test.cpp
           unit/drivers/aedat2_decoders_test.cpp unit/drivers/aedat2_file_test.cpp
           unit/drivers/aedat4_packets_test.cpp unit/drivers/aedat4_event_decoder_test.cpp
           unit/drivers/aedat4_file_test.cpp unit/drivers/aedat4_damage_test.cpp

@@ -1,11 +1,13 @@
 pled_add_tests(test_reliability
   SOURCES unit/reliability/bin_counters_test.cpp
+          unit/reliability/motion_cue_test.cpp
   DEPS pled::reliability)
 pled_add_tests(test_reliability_law LABEL law
   SOURCES law/reliability/anchored_map_test.cpp
           law/reliability/bin_clock_test.cpp
           law/reliability/bin_counters_test.cpp
           law/reliability/entropy_recency_test.cpp
+          law/reliability/motion_cue_test.cpp
           law/reliability/rewarp_test.cpp
           support/reliability/rotating_edges.cpp
   DEPS pled::reliability)

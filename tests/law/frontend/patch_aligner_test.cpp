@@ -17,7 +17,7 @@ constexpr int kSize = 100;
 /// A smooth function of the plane, sampled at A x + b, as a pyramid level with its margin.
 class Level {
  public:
-  Level(const Eigen::Matrix2d& A, const Eigen::Vector2d& b, double gain)
+  Level(const Eigen::Matrix2d& A, const Eigen::Vector2d& b, double gain, double offset = 20)
       : memory_(pyramid_values(kSize, kSize)),
         row_(static_cast<std::size_t>(padded_stride(kSize))) {
     const support::Texture texture(3, 9.0, 40.0);
@@ -25,7 +25,8 @@ class Level {
     for (int y = 0; y < kSize; ++y)
       for (int x = 0; x < kSize; ++x) {
         const Eigen::Vector2d p = A * Eigen::Vector2d(x - 50, y - 50) + b;
-        image.at(y, x) = static_cast<std::uint8_t>(std::lround(20 + gain * texture(p.x(), p.y())));
+        image.at(y, x) =
+            static_cast<std::uint8_t>(std::lround(offset + gain * texture(p.x(), p.y())));
       }
     pyramid_ = lay_out_pyramid(memory_, kSize, kSize, 1);
     build_pyramid(image.view(), row_, pyramid_);
@@ -84,6 +85,30 @@ TEST_SUITE("frontend.patch_aligner") {
     REQUIRE(result.ok);
     CHECK((at - Eigen::Vector2d(50, 50)).norm() < 0.03);
     CHECK((result.deformation - A).cwiseAbs().maxCoeff() < 0.008);
+  }
+
+  TEST_CASE("the negative of a patch is found when it is expected, and only then") {
+    const Eigen::Matrix2d A = Eigen::Matrix2d::Identity();
+    const Eigen::Vector2d shift(0.63, -1.21);
+    const Level first(A, Eigen::Vector2d::Zero(), 180);
+    const Level positive(A, shift, 120);
+    const Level negative(A, shift, -120, 200);
+    const Eigen::Vector2d want = Eigen::Vector2d(50, 50) - shift;
+    const auto aligner = std::make_unique<PatchAligner>(7);
+    for (const bool inverted : {true, false, true}) {
+      CAPTURE(inverted);
+      aligner->set_inverted(inverted);
+      const Level& same = inverted ? negative : positive;
+      const Level& other = inverted ? positive : negative;
+      REQUIRE(aligner->set_template(first.source(), {50, 50}, A, same.source(), {50, 50},
+                                    PatchModel::kShift, 0.1F));
+      Eigen::Vector2d at(50, 50);
+      const AlignResult result = aligner->align(same.source(), 30, 0.001, at);
+      REQUIRE(result.ok);
+      CHECK(result.similarity > 0.99F);
+      CHECK((at - want).norm() < 0.05);
+      CHECK(aligner->similarity(other.source(), want) < -0.99F);
+    }
   }
 
   TEST_CASE("pixels past the image's edge do not pull a patch") {
