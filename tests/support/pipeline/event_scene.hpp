@@ -58,7 +58,9 @@ class EventScene {
   }
 
   /// Events of [from, to] in time order; stamps on the clock of `body`'s time.
-  [[nodiscard]] std::vector<Event> events(const SwingingBody& body, std::int64_t from_us,
+  /// @param body  anything with `Pose pose(double t_s) const`
+  template <typename Body>
+  [[nodiscard]] std::vector<Event> events(const Body& body, std::int64_t from_us,
                                           std::int64_t to_us, std::int64_t step_us = 2000) const {
     std::vector<Event> out;
     std::vector<float> before = brightness(body.pose(static_cast<double>(from_us) * 1e-6));

@@ -15,6 +15,7 @@ using support::SwingingBody;
 
 constexpr std::int64_t kObserved_us = 1'300'000;
 constexpr std::int64_t kWindow_us = 8 * 4096;
+const Eigen::Vector3d kRayOf82_58(0.0, -0.5 / 130.0, 1.0);  ///< of the camera without lens errors
 
 EventStageConfig map_only() {
   EventStageConfig config;
@@ -118,7 +119,7 @@ TEST_SUITE("pipeline.event_scores") {
     for (const std::int64_t before_us : {49'000L, 40'000L, kWindow_us, kWindow_us - 1, 5000L, 0L})
       events.push_back({{kObserved_us - before_us}, 82, 58, Polarity::kOn});
     run.observe(kObserved_us, events);
-    const auto score = run.stage().score({0, 0, 1}, ScorePooling::kPixel, ScoreForm::kPaper);
+    const auto score = run.stage().score(kRayOf82_58, ScorePooling::kPixel, ScoreForm::kPaper);
     REQUIRE(score);
     CHECK(score->n == 3);  // a bin owns its end, not its begin
   }
