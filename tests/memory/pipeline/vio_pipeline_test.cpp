@@ -136,9 +136,9 @@ void fly_without_heap(EventPicture picture) {
     CHECK(after == before);
     left = left.subspan(n);
     for (const PointMeasurement& p : result.measurement->points)
-      event_points += p.kind == FeatureKind::kEventPoint && p.track_length > 2 ? 1 : 0;
+      event_points += p.kind == FeatureKind::kEventPoint && p.track_length > 2 ? 1U : 0U;
     for (const TemporalWeights& w : result.temporal)
-      known_scores += std::isnan(w.paper) || std::isnan(w.motion) ? 0 : 1;
+      known_scores += std::isnan(w.paper) || std::isnan(w.motion) ? 0U : 1U;
     if (!result.backend->has_pose) continue;
     ++poses;
     farthest_m = std::max(farthest_m,

@@ -59,7 +59,8 @@ TEST_SUITE("pipeline.temporal_cues") {
     for (int k = 0; k < 5; ++k) {
       const FrameMeasurement f = cruise.frame(k);
       const NavState before = state_at(f.t.us - kFrame_us);
-      const auto weights = cruise.cues.judge(f, *cruise.imu, before, nullptr);
+      const auto weights =
+          cruise.cues.judge(f, *cruise.imu, before, Eigen::Vector3d::Zero(), nullptr);
       REQUIRE(weights.size() == 2);
       CAPTURE(k);
       if (k == 0) {
@@ -75,22 +76,25 @@ TEST_SUITE("pipeline.temporal_cues") {
   }
 
   TEST_CASE(
-      "while nothing is known of the state, or the inertial data have a hole, nobody is judged") {
+      "while no state is known and few points tell the motion, or in a hole, nobody is judged") {
     Cruise cruise(false);
     for (int k = 0; k < 3; ++k) {
-      const auto weights = cruise.cues.judge(cruise.frame(k), *cruise.imu, std::nullopt, nullptr);
+      const auto weights = cruise.cues.judge(cruise.frame(k), *cruise.imu, std::nullopt,
+                                             Eigen::Vector3d::Zero(), nullptr);
       CHECK(std::isnan(weights[0].motion));
       CHECK(std::isnan(weights[1].motion));
     }
     const auto empty = std::make_unique<ImuHistory>();
-    const auto hole = cruise.cues.judge(cruise.frame(3), *empty, state_at(1'000'000), nullptr);
+    const auto hole = cruise.cues.judge(cruise.frame(3), *empty, state_at(1'000'000),
+                                        Eigen::Vector3d::Zero(), nullptr);
     CHECK(std::isnan(hole[1].motion));
     // Those frames were kept all the same.
-    const auto weights =
-        cruise.cues.judge(cruise.frame(4), *cruise.imu, state_at(1'150'000), nullptr);
+    const auto weights = cruise.cues.judge(cruise.frame(4), *cruise.imu, state_at(1'150'000),
+                                           Eigen::Vector3d::Zero(), nullptr);
     CHECK(weights[1].motion < 0.2);
     cruise.cues.reset();
-    const auto anew = cruise.cues.judge(cruise.frame(5), *cruise.imu, state_at(1'200'000), nullptr);
+    const auto anew = cruise.cues.judge(cruise.frame(5), *cruise.imu, state_at(1'200'000),
+                                        Eigen::Vector3d::Zero(), nullptr);
     CHECK(std::isnan(anew[1].motion));
   }
 
@@ -115,7 +119,8 @@ TEST_SUITE("pipeline.temporal_cues") {
       stage.on_events(events);
       FrameMeasurement points;
       stage.observe(f.t, 0, std::nullopt, points);
-      const auto weights = cruise.cues.judge(f, *cruise.imu, std::nullopt, &stage);
+      const auto weights =
+          cruise.cues.judge(f, *cruise.imu, std::nullopt, Eigen::Vector3d::Zero(), &stage);
       CHECK(std::isnan(weights[0].paper));  // no event there
       CHECK(std::isnan(weights[0].count));
       CHECK(std::isnan(weights[1].motion));
