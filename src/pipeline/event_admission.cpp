@@ -7,9 +7,14 @@
 namespace pled {
 
 void EventAdmission::decide(FrameMeasurement& frame) noexcept {
+  // In the first frames no point can have been followed for long.
+  std::uint32_t longest = 1;
+  for (const PointMeasurement& p : frame.points)
+    if (p.kind == FeatureKind::kImagePoint) longest = std::max(longest, p.track_length);
+  const std::uint32_t needed = std::min(kSettled, longest);
   std::size_t settled = 0;
   for (const PointMeasurement& p : frame.points)
-    if (p.kind == FeatureKind::kImagePoint && p.inlier && p.track_length >= kSettled) ++settled;
+    if (p.kind == FeatureKind::kImagePoint && p.inlier && p.track_length >= needed) ++settled;
   std::size_t room = settled < kEnough ? kEnough - settled : 0;
   FixedVector<FeatureId, limits::kMaxPoints> kept;
   for (PointMeasurement& p : frame.points) {

@@ -81,7 +81,8 @@ void write_as_aedat4(const fs::path& from, const fs::path& to) {
 TEST_SUITE("apps.aedat") {
   TEST_CASE("an AEDAT 4 file beside its calibration is played like the folder it was made from") {
     const RecordingCopy copy;
-    const Outcome as_folder = copy.replay();
+    // The file gets two events a frame, so only what frames show is compared.
+    const Outcome as_folder = copy.replay({"--no-events"});
     REQUIRE(as_folder.code == 0);
     const std::vector<TumPose> expected = read_tum(copy.out() / "trajectory.tum");
     REQUIRE(expected.size() > 10);
@@ -91,8 +92,8 @@ TEST_SUITE("apps.aedat") {
     const Outcome info = run_pled_vins({"info", file.string()});
     CHECK(info.code == 0);
     CHECK(contains(info.out, "problems  none"));
-    const Outcome as_file = run_pled_vins(
-        {"replay", file.string(), "--out", copy.out().string(), "--force", "--no-report"});
+    const Outcome as_file = run_pled_vins({"replay", file.string(), "--out", copy.out().string(),
+                                           "--force", "--no-report", "--no-events"});
     CAPTURE(as_file.err);
     REQUIRE(as_file.code == 0);
     const std::vector<TumPose> poses = read_tum(copy.out() / "trajectory.tum");
