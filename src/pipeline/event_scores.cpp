@@ -9,8 +9,7 @@
 namespace pled {
 
 EventScores::EventScores(const ReliabilityConfig& config, const EventWarp& warp,
-                         const CameraCalibration& grid,
-                         const AnchoredMapBuffers& buffers) noexcept
+                         const CameraCalibration& grid, const AnchoredMapBuffers& buffers) noexcept
     : warp_(warp),
       grid_(grid),
       clock_(Duration{config.bin_us}),
@@ -44,16 +43,17 @@ void EventScores::on_events(std::span<const Event> events, const TurnHistory& tu
 void EventScores::add_run(std::span<const Event> run, const TimeBin& bin,
                           const TurnHistory& turn) noexcept {
   map_.begin_bin(bin.number, bin.begin, shift_since_anchor_px(bin.begin, turn));
+  bool counted = false;
   for (const AnchorTarget& target : map_.targets()) {
     if (!turn.slices(target.t_reference, run.front().t, run.back().t, warp_.slice_error_rad(),
-                     slices_)) {
-      without_turn_ += run.size();
+                     slices_))
       continue;
-    }
+    counted = true;
     const std::span<WarpedPixel> warped = std::span(warped_).first(run.size());
     warp_.warp(run, slices_, warped);
     map_.add(target, warped, bin.number);
   }
+  if (!counted) without_turn_ += run.size();
 }
 
 /// How far the picture has turned since the map's anchor, where it moved most: a turn by an angle

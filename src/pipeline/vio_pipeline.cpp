@@ -25,8 +25,7 @@ VioPipeline::VioPipeline(const RigCalibration& rig, ImuHistory& imu, FrameTracke
       frame_shift_(Duration::from_s(rig.cameras[rig.frame_camera].time_shift_s)),
       options_(options),
       events_(events),
-      cues_(options.motion_cue, rig,
-            options.all_scores || options.score != TemporalScore::kMotion),
+      cues_(options.motion_cue, rig, options.all_scores || options.score != TemporalScore::kMotion),
       find_time_shift_(options.find_time_shift) {}
 
 void VioPipeline::on_imu(const ImuSample& sample) noexcept {
@@ -51,6 +50,7 @@ void VioPipeline::on_clock_jump() noexcept {
   output_.has_pose = false;
   backend_.restart();
   cues_.reset();
+  event_points_ = {};  // else new corners would keep away from where points were
   if (events_ != nullptr) events_->reset();
 }
 

@@ -1,20 +1,21 @@
 #include "pled_vins/pipeline/vio_pipeline.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstdint>
 #include <cstdlib>
 #include <memory>
 #include <numbers>
-#include <optional>
 #include <random>
+#include <span>
+#include <vector>
 
 #include <doctest/doctest.h>
 
 #include "pled_vins/backend/ceres_solver.hpp"
 #include "src/apps/allocation_counter.hpp"
 #include "support/frontend/tracked_scene.hpp"
+#include "support/pipeline/event_scene.hpp"
 
 namespace pled {
 namespace {
@@ -59,6 +60,10 @@ struct Motion {
   }
 };
 
+struct Path {
+  [[nodiscard]] Pose pose(double t_s) const { return support::pose_at(Motion(t_s).x_m, 0, -1); }
+};
+
 ImuSample imu_at(double t_s) {
   ImuSample s;
   s.t = Timestamp{} + Duration::from_s(t_s);
@@ -78,10 +83,80 @@ RigCalibration rig_of(const Camera& camera) {
   return rig;
 }
 
+/// Flies along with everything on: points from events drawn as `picture`, the map, all scores.
+void fly_without_heap(EventPicture picture) {
+  const Camera camera = support::davis240_camera(true);
+  const support::PlaneScene scene(camera, support::Texture(1, 0.04, 0.5));
+  const RigCalibration rig = rig_of(camera);
+  const auto storage = std::make_unique<support::Storage240>();
+  const auto tracker = std::make_unique<FrameTracker>(FrontendConfig{}, camera, storage->view());
+  const auto imu = std::make_unique<ImuHistory>();
+  UncountedSolver solver;
+  const auto backend = std::make_unique<Backend>(BackendConfig{}, rig, solver);
+  const auto health = std::make_unique<Health>();
+  const auto event_storage = std::make_unique<EventStageStorage<240, 180>>();
+  EventStageConfig event_config;
+  event_config.events.picture = picture;
+  event_config.keep_map = true;
+  const auto stage = std::make_unique<EventStage>(event_config, rig, event_storage->view());
+  PipelineOptions options;
+  options.all_scores = true;
+  const auto pipeline =
+      std::make_unique<VioPipeline>(rig, *imu, *tracker, *backend, *health, options, stage.get());
+  const std::vector<Event> events =
+      support::EventScene(rig.cameras[0], 0.15, 1).events(Path{}, 0, 3'500'000);
+  std::span<const Event> left(events);
+  std::mt19937_64 random(1);
+  int poses = 0;
+  int imu_samples = 0;
+  double farthest_m = 0.0;
+  std::size_t event_points = 0;
+  std::size_t known_scores = 0;
+  for (int k = 1; k < 70; ++k) {
+    const double t_s = k * kFramePeriod_s;
+    const auto image = scene.render(support::pose_at(Motion(t_s).x_m, 0, -1), 180, 30, 1.0, random);
+    FrameView frame;
+    frame.t = Timestamp{} + Duration::from_s(t_s);
+    frame.stamp_ns = frame.t.us * 1000;
+    frame.image = image.view();
+    FrameResult result;
+    std::size_t n = 0;
+    while (n < left.size() && left[n].t <= frame.t) ++n;
+
+    const std::uint64_t before = allocations() - solver.put_aside();
+    for (; imu_samples * kImuPeriod_s <= t_s + kImuPeriod_s; ++imu_samples)
+      pipeline->on_imu(imu_at(imu_samples * kImuPeriod_s));
+    pipeline->expect(frame);
+    pipeline->on_events(left.first(n));
+    const bool processed = pipeline->on_frame(frame, result);
+    const std::uint64_t after = allocations() - solver.put_aside();
+
+    CAPTURE(k);
+    REQUIRE(processed);
+    CHECK(after == before);
+    left = left.subspan(n);
+    for (const PointMeasurement& p : result.measurement->points)
+      event_points += p.kind == FeatureKind::kEventPoint && p.track_length > 2 ? 1U : 0U;
+    for (const TemporalWeights& w : result.temporal)
+      known_scores += std::isnan(w.paper) || std::isnan(w.motion) ? 0U : 1U;
+    if (!result.backend->has_pose) continue;
+    ++poses;
+    farthest_m = std::max(farthest_m,
+                          Eigen::Vector3d::Map(result.backend->pose.p_world_body_m.data()).norm());
+  }
+  // All of it took part: start, tracking, keyframes and marginalisation over 0.4 m.
+  CHECK(poses > 40);
+  CHECK(solver.solves() > 40);
+  CHECK(farthest_m > 0.3);
+  CHECK(farthest_m < 0.5);
+  CHECK(event_points > 100);
+  CHECK(known_scores > 100);
+}
+
 }  // namespace
 
 TEST_SUITE("pipeline.vio_pipeline.memory") {
-  TEST_CASE("a frame goes from pixels to pose without the heap, but for the solver") {
+  TEST_CASE("a frame and its events go to a pose without the heap, but for the solver") {
     if (!apps::allocation_count()) {
       MESSAGE("skipped: the sanitizer owns the heap");
       return;
@@ -90,52 +165,10 @@ TEST_SUITE("pipeline.vio_pipeline.memory") {
     void* volatile block = std::malloc(1);  // volatile: else the compiler leaves both out
     std::free(block);
     REQUIRE(allocations() > start);  // the hook works
-
-    const Camera camera = support::davis240_camera(true);
-    const support::PlaneScene scene(camera, support::Texture(1, 0.04, 0.5));
-    const RigCalibration rig = rig_of(camera);
-    const auto storage = std::make_unique<support::Storage240>();
-    const auto tracker = std::make_unique<FrameTracker>(FrontendConfig{}, camera, storage->view());
-    const auto imu = std::make_unique<ImuHistory>();
-    UncountedSolver solver;
-    const auto backend = std::make_unique<Backend>(BackendConfig{}, rig, solver);
-    const auto health = std::make_unique<Health>();
-    const auto pipeline = std::make_unique<VioPipeline>(rig, *imu, *tracker, *backend, *health);
-    const std::array<Event, 64> events{};
-    std::mt19937_64 random(1);
-    int poses = 0;
-    int imu_samples = 0;
-    double farthest_m = 0.0;
-    for (int k = 1; k < 70; ++k) {
-      const double t_s = k * kFramePeriod_s;
-      const auto image =
-          scene.render(support::pose_at(Motion(t_s).x_m, 0, -1), 180, 30, 1.0, random);
-      FrameView frame;
-      frame.t = Timestamp{} + Duration::from_s(t_s);
-      frame.stamp_ns = frame.t.us * 1000;
-      frame.image = image.view();
-      FrameResult result;
-
-      const std::uint64_t before = allocations() - solver.put_aside();
-      for (; imu_samples * kImuPeriod_s <= t_s + kImuPeriod_s; ++imu_samples)
-        pipeline->on_imu(imu_at(imu_samples * kImuPeriod_s));
-      pipeline->on_events(events);
-      const bool processed = pipeline->on_frame(frame, result);
-      const std::uint64_t after = allocations() - solver.put_aside();
-
-      CAPTURE(k);
-      REQUIRE(processed);
-      CHECK(after == before);
-      if (!result.backend->has_pose) continue;
-      ++poses;
-      farthest_m = std::max(
-          farthest_m, Eigen::Vector3d::Map(result.backend->pose.p_world_body_m.data()).norm());
+    for (const EventPicture picture : {EventPicture::kBrightness, EventPicture::kTimeSurface}) {
+      CAPTURE(static_cast<int>(picture));
+      fly_without_heap(picture);
     }
-    // All of it took part: start, tracking, keyframes and marginalisation over 0.4 m.
-    CHECK(poses > 40);
-    CHECK(solver.solves() > 40);
-    CHECK(farthest_m > 0.3);
-    CHECK(farthest_m < 0.5);
   }
 }
 
