@@ -51,6 +51,7 @@ void VioPipeline::on_clock_jump() noexcept {
   backend_.restart();
   cues_.reset();
   admission_.reset();
+  event_points_ = {};  // else new corners would keep away from where points were
   if (events_ != nullptr) events_->reset();
 }
 
