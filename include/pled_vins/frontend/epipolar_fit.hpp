@@ -10,8 +10,8 @@ namespace pled {
 
 /// What fits pairs of bearings best: a translation's direction and what the gyro's rotation lacks.
 struct EpipolarFit {
-  Eigen::Vector3d direction = Eigen::Vector3d::UnitZ();          ///< as MotionEstimate's, unit
-  Eigen::Vector3d turn_rad = Eigen::Vector3d::Zero();  ///< R_to_from_true = exp(turn) R_to_from
+  Eigen::Vector3d direction = Eigen::Vector3d::UnitZ();  ///< as MotionEstimate's, unit
+  Eigen::Vector3d turn_rad = Eigen::Vector3d::Zero();    ///< R_to_from_true = exp(turn) R_to_from
 };
 
 /// Refines the direction that the two-point check found, together with the small rotation that a
