@@ -1,13 +1,12 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
-#include <cstdlib>
-#include <limits>
 #include <span>
 
 #include "drivers/decode/aedat2_event_decoder.hpp"
 #include "drivers/decode/aedat2_frame.hpp"
 #include "drivers/decode/aedat2_imu.hpp"
+#include "fuzz/decode_in_chunks.hpp"
 
 /// Any bytes: all are consumed, no event is outside the sensor, time never decreases, and the
 /// collectors of samples and frames take every record. The first byte chooses the chunk
@@ -19,19 +18,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   const std::size_t chunk = 1U + data[0];
   const std::span<const std::byte> bytes{reinterpret_cast<const std::byte*>(data + 1), size - 1};
   pled::Aedat2EventDecoder decoder(kWidth, kHeight);
-  std::array<pled::Event, pled::EventDecoder::kMinOutput> out{};
-  std::int64_t last_us = std::numeric_limits<std::int64_t>::min();
-  for (std::span<const std::byte> rest = bytes; !rest.empty();) {
-    const auto part = rest.first(rest.size() < chunk ? rest.size() : chunk);
-    const pled::DecodeStep step = decoder.decode(part, out);
-    if (step.bytes_consumed == 0 || step.bytes_consumed > part.size()) std::abort();
-    for (const pled::Event& event : std::span{out}.first(step.events)) {
-      if (event.x_px >= kWidth || event.y_px >= kHeight || event.t.us < last_us) std::abort();
-      last_us = event.t.us;
-    }
-    rest = rest.subspan(step.bytes_consumed);
-  }
-  decoder.finish();
+  pled::fuzz::decode_in_chunks(decoder, bytes, chunk, kWidth, kHeight);
 
   constexpr int kSide = 3;
   std::array<std::uint16_t, 2 * kSide * kSide> samples{};

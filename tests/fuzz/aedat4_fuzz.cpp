@@ -1,34 +1,21 @@
-#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <cstdlib>
-#include <limits>
 #include <span>
 
 #include "drivers/decode/aedat4_event_decoder.hpp"
 #include "drivers/decode/aedat4_packets.hpp"
 #include "drivers/replay/aedat4_header.hpp"
+#include "fuzz/decode_in_chunks.hpp"
 
 namespace {
 
 constexpr int kWidth = 240;
 constexpr int kHeight = 180;
 
-void decode(std::span<const std::byte> rest, std::size_t chunk) {
+void decode(std::span<const std::byte> bytes, std::size_t chunk) {
   pled::Aedat4EventDecoder decoder(kWidth, kHeight);
-  std::array<pled::Event, pled::EventDecoder::kMinOutput> out{};
-  std::int64_t last_us = std::numeric_limits<std::int64_t>::min();
-  while (!rest.empty()) {
-    const auto part = rest.first(rest.size() < chunk ? rest.size() : chunk);
-    const pled::DecodeStep step = decoder.decode(part, out);
-    if (step.bytes_consumed == 0 || step.bytes_consumed > part.size()) std::abort();
-    for (const pled::Event& event : std::span{out}.first(step.events)) {
-      if (event.x_px >= kWidth || event.y_px >= kHeight || event.t.us < last_us) std::abort();
-      last_us = event.t.us;
-    }
-    rest = rest.subspan(step.bytes_consumed);
-  }
-  decoder.finish();
+  pled::fuzz::decode_in_chunks(decoder, bytes, chunk, kWidth, kHeight);
 }
 
 /// Touches every byte, for the sanitizer to see.
