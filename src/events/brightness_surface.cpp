@@ -43,10 +43,10 @@ void BrightnessSurface::insert(std::span<const Event> events,
     BrightnessPixel& pixel =
         pixels_[static_cast<std::size_t>(e.y_px) * static_cast<std::size_t>(width_px_) + e.x_px];
     const auto t_us = static_cast<std::uint32_t>(e.t.us);
-    const auto dt_us = static_cast<std::int32_t>(t_us - pixel.last_us);
-    const float step = e.polarity == Polarity::kOn ? 1.0F : -1.0F;
-    pixel.level = std::clamp(pixel.level * decay(dt_us) + step, -kMaxLevel, kMaxLevel);
-    pixel.last_us = t_us;
+    const bool on = e.polarity == Polarity::kOn;
+    const float kept = decay(static_cast<std::int32_t>(t_us - pixel.stamp_us()));
+    pixel.level = std::clamp(pixel.level * kept + (on ? 1.0F : -1.0F), -kMaxLevel, kMaxLevel);
+    pixel.last = (t_us & ~1U) | (on ? 1U : 0U);
   }
 }
 
@@ -58,10 +58,13 @@ bool BrightnessSurface::render(Timestamp t_ref, ImageView<std::uint8_t> out) noe
         pixels_.data() + static_cast<std::ptrdiff_t>(y) * static_cast<std::ptrdiff_t>(width_px_);
     std::uint8_t* grey = out.row(y);
     for (int x = 0; x < width_px_; ++x) {
-      const float kept = decay(static_cast<std::int32_t>(now_us - row[x].last_us));
+      BrightnessPixel& pixel = row[x];
+      const float kept = decay(static_cast<std::int32_t>(now_us - pixel.stamp_us()));
       // So that its stamp may wrap round without the level coming back.
-      if (kept == 0.0F) row[x].level = 0.0F;
-      const float value = 128.5F + kGreyPerStep * row[x].level * kept;
+      if (kept == 0.0F) pixel.level = 0.0F;
+      float pending = kept * kept * kept;
+      pending = pixel.level == 0.0F ? 0.0F : (pixel.last & 1U) != 0 ? pending : -pending;
+      const float value = 128.5F + kGreyPerStep * (pixel.level * kept + pending);
       grey[x] = static_cast<std::uint8_t>(std::clamp(value, 0.0F, 255.0F));
     }
   }

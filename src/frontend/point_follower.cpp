@@ -39,7 +39,12 @@ PointFollower::PointFollower(const FrontendConfig& config, const Camera& camera,
       camera_(camera),
       aligner_(config.patch_radius_px),
       references_(reference_memory),
-      retry_inverted_(kind == FeatureKind::kEventPoint) {}
+      on_events_(kind == FeatureKind::kEventPoint) {}
+
+/// Around a new corner events have drawn one side only; a first view is worth keeping later.
+bool PointFollower::unsettled(const PointTrack& track) const noexcept {
+  return on_events_ && track.length < kSettledSights;
+}
 
 bool PointFollower::begin(const Pyramid& frame, PointTrack& track) noexcept {
   const std::optional<ReferencePatches::Slot> slot = references_.acquire();
@@ -56,7 +61,7 @@ bool PointFollower::follow(const FramePair& frames, PointTrack& track) noexcept 
   Eigen::Vector2d px;
   bool inverted = false;
   if (!find(frames, track, *prediction, px)) {
-    if (!retry_inverted_) return false;
+    if (!on_events_) return false;
     aligner_.set_inverted(true);
     inverted = find(frames, track, *prediction, px);
     aligner_.set_inverted(false);
@@ -65,7 +70,7 @@ bool PointFollower::follow(const FramePair& frames, PointTrack& track) noexcept 
 
   const Eigen::Matrix2d A_before = track.A_reference;
   track.A_reference = A_before * prediction->A_prev_cur;
-  if (inverted) {  // the first view has the other polarity
+  if (inverted || unsettled(track)) {  // the first view has the other polarity, or is half drawn
     references_.store(track.slot, frames.current->levels[0], px);
     track.A_reference.setIdentity();
   } else {
@@ -179,7 +184,8 @@ void PointFollower::align_with_first_view(const Pyramid& frame, PointTrack& trac
   Eigen::Vector2d at = px;
   if (sound_scale(track.A_reference) &&
       aligner_.set_template(references_.source(track.slot), references_.centre_px(track.slot),
-                            track.A_reference, target, at, PatchModel::kAffine, kMinTexture)) {
+                            track.A_reference, target, at,
+                            on_events_ ? PatchModel::kShift : PatchModel::kAffine, kMinTexture)) {
     const AlignResult result = aligner_.align(target, config_.max_iterations, kTolerancePx, at);
     if (result.ok && result.similarity > kMinFirstViewSimilarity &&
         (at - px).norm() < kMaxFirstViewStepPx) {

@@ -192,8 +192,10 @@ void VioPipeline::add_event_points(
   for (const PointMeasurement& point : event_points_.points)
     if (!measurement_.points.push_back(point)) break;  // the settings leave room for all
   measurement_.lost += event_points_.lost;
-  if (options_.use_frames) admission_.decide(measurement_);
-  if (!options_.use_frames) {
+  if (options_.use_frames) {
+    admission_.decide(measurement_, output_.has_pose);
+  } else {
+    admit_settled(measurement_);
     measurement_.median_flow_px = event_points_.median_flow_px;
     measurement_.median_parallax_px = event_points_.median_parallax_px;
   }

@@ -19,6 +19,13 @@ constexpr double kMostResidual_px = 20.0;
 constexpr double kLeastWeight = 0.02;
 /// A share of doubt that keeps one distant neighbour from being believed as much as many near ones.
 constexpr double kDoubt = 0.05;
+/// What stands nearer than its surroundings moves by itself more often than they do; so much a
+/// factor e of nearness counts, against a factor e of residual. Surroundings: a Gaussian on the
+/// plane z = 1; nearness is told apart up to the floor's distance, and no more than the limit.
+constexpr double kNearnessWeight = 0.8;
+constexpr double kNearnessRadius = 0.25;
+constexpr double kNearnessFloor_pm = 0.1;
+constexpr double kMostNearness = 1.5;
 
 /// One earlier sight of a point: q = a + rho t is its direction there, x where it was seen.
 struct Sight {
@@ -59,6 +66,39 @@ std::optional<std::size_t> find(std::span<const FeatureId> ids, FeatureId id,
   for (std::size_t i = 0; i < std::min(hint, ids.size()); ++i)
     if (ids[i] == id) return i;
   return std::nullopt;
+}
+
+/// What is known of the points of one frame while they are pooled.
+struct Pool {
+  std::size_t n = 0;
+  std::array<Eigen::Vector2d, limits::kMaxPoints> place;  ///< in the frame camera, plane z = 1
+  std::array<double, limits::kMaxPoints> belief{};        ///< above 0: moves by itself
+  std::array<double, limits::kMaxPoints> share{};         ///< of a say; 0 without evidence
+};
+
+/// Adds to each belief how much nearer the point is than what surrounds it.
+void add_nearness(std::span<const MotionEvidence> evidence, Pool& pool) noexcept {
+  constexpr double narrow = 0.5 / (kNearnessRadius * kNearnessRadius);
+  std::array<double, limits::kMaxPoints> nearness{};
+  std::array<double, limits::kMaxPoints> weights{};
+  std::array<double, limits::kMaxPoints> sums{};
+  for (std::size_t i = 0; i < pool.n; ++i) {
+    if (evidence[i].frames == 0) continue;
+    nearness[i] = std::log(evidence[i].inverse_depth_pm + kNearnessFloor_pm);
+    for (std::size_t k = 0; k < i; ++k) {
+      if (evidence[k].frames == 0) continue;
+      const double near = std::exp(-narrow * (pool.place[i] - pool.place[k]).squaredNorm());
+      weights[i] += near;
+      weights[k] += near;
+      sums[i] += near * nearness[k];
+      sums[k] += near * nearness[i];
+    }
+  }
+  for (std::size_t i = 0; i < pool.n; ++i) {
+    if (!(weights[i] > kLeastWeight)) continue;
+    const double stands_out = nearness[i] - sums[i] / weights[i];
+    pool.belief[i] += kNearnessWeight * std::clamp(stands_out, -kMostNearness, kMostNearness);
+  }
 }
 
 }  // namespace
@@ -129,35 +169,34 @@ void MotionCue::fit_depth(const PointMeasurement& point, std::size_t index,
 }
 
 void MotionCue::pool(const FrameMeasurement& frame, std::span<MotionEvidence> out) const noexcept {
-  // Where the points stand in the frame camera's picture, as far as depth is known.
-  std::array<Eigen::Vector2d, limits::kMaxPoints> place;
-  std::array<double, limits::kMaxPoints> belief{};
-  std::array<double, limits::kMaxPoints> share{};
+  Pool pool;
+  pool.n = frame.points.size();
   const Pose T_cam_body = rig_.cameras[rig_.frame_camera].T_body_cam.inverse();
-  const std::size_t n = frame.points.size();
-  for (std::size_t i = 0; i < n; ++i) {
+  for (std::size_t i = 0; i < pool.n; ++i) {
     const PointMeasurement& p = frame.points[i];
     const Pose T = T_cam_body * rig_.cameras[p.camera].T_body_cam;
     Eigen::Vector3d q = T.q * Eigen::Vector3d(p.bearing_xy[0], p.bearing_xy[1], 1.0);
     if (out[i].frames > 0) q += out[i].inverse_depth_pm * T.p;
-    place[i] = q.head<2>() / std::max(q.z(), kLeastZ);
+    pool.place[i] = q.head<2>() / std::max(q.z(), kLeastZ);
     if (out[i].frames == 0) continue;
     const double residual = std::clamp(out[i].residual_px, kLeastResidual_px, kMostResidual_px);
     const bool of_events = p.kind == FeatureKind::kEventPoint;
-    belief[i] = std::log(residual / (of_events ? config_.event_even_px : config_.even_px));
-    share[i] = of_events ? config_.event_weight : 1.0;
+    pool.belief[i] = std::log(residual / (of_events ? config_.event_even_px : config_.even_px));
+    pool.share[i] = of_events ? config_.event_weight : 1.0;
   }
+  add_nearness(out, pool);
   const double narrow = 0.5 / (config_.pool_radius * config_.pool_radius);
-  for (std::size_t i = 0; i < n; ++i) {
+  for (std::size_t i = 0; i < pool.n; ++i) {
     double weights = 0.0;
     double sum = 0.0;
-    for (std::size_t k = 0; k < n; ++k) {
+    for (std::size_t k = 0; k < pool.n; ++k) {
       if (out[k].frames == 0) continue;
-      const double near =
-          k == i ? config_.own_weight : std::exp(-narrow * (place[i] - place[k]).squaredNorm());
-      const double w = share[k] * near;
+      const double near = k == i
+                              ? config_.own_weight
+                              : std::exp(-narrow * (pool.place[i] - pool.place[k]).squaredNorm());
+      const double w = pool.share[k] * near;
       weights += w;
-      sum += w * belief[k];
+      sum += w * pool.belief[k];
     }
     if (!(weights > kLeastWeight)) continue;
     out[i].w_static = 1.0 / (1.0 + std::exp(config_.steepness * sum / (weights + kDoubt)));

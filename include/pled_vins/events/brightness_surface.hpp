@@ -13,14 +13,20 @@ namespace pled {
 
 /// How one pixel's brightness differs from what it was of late, in contrast thresholds.
 struct BrightnessPixel {
-  float level;            ///< at the pixel's last event
-  std::uint32_t last_us;  ///< low 32 bits
+  float level;         ///< at the pixel's last event
+  std::uint32_t last;  ///< low 32 bits of its stamp in us; bit 0: it was an ON event
+
+  [[nodiscard]] std::uint32_t stamp_us() const noexcept { return last & ~1U; }
 };
 static_assert(sizeof(BrightnessPixel) == 8);
 
 /// The picture that events add up to: each is one contrast step of the logarithm of brightness, up
 /// or down, and what happened longer ago than tau is forgotten: L <- L e^{-dt/tau} + p. Ours, after
 /// Scheerlinck et al. (ACCV 2018), whose complementary filter without frames this is.
+///
+/// A pixel tells of a step only once it is complete. Until then the picture counts the next one as
+/// on its way, in the direction of the last and fading three times as fast as the rest: p e^{-3
+/// dt/tau}. Without it edges lag by up to a threshold, and tracks lag with them.
 ///
 /// A time surface shows when edges passed, so it changes with the direction and speed of motion;
 /// this shows what is there, so a patch of it looks the same for as long as it is seen. On the
@@ -39,7 +45,7 @@ class BrightnessSurface {
   void insert(std::span<const Event> events, std::span<const EventVerdict> verdicts) noexcept;
   void clear() noexcept;
 
-  /// Grey 128 + kGreyPerStep * L at t_ref, cut off at 0 and 255. `out` has the sensor's size;
+  /// Grey 128 + kGreyPerStep * (L + p e^{-3 dt/tau}) at t_ref, cut off at 0 and 255. `out` has the sensor's size;
   /// false, untouched, otherwise. To be called at least every half hour, before stamps wrap.
   bool render(Timestamp t_ref, ImageView<std::uint8_t> out) noexcept;
 

@@ -24,7 +24,7 @@ struct EventConfig {
   double max_rate_mevps = 20.0;
   EventPicture picture = EventPicture::kBrightness;
   /// tau of the brightness picture, 10 to 2000 ms. Ours: 300 follows slow cars in the street.
-  double brightness_decay_ms = 300.0;
+  double brightness_decay_ms = 150.0;
   /// eta of the time surface, 1 to 500 ms. Paper, eq. (1).
   double surface_decay_ms = 20.0;
   int max_points = 30;                   ///< event points followed at once; 0: none

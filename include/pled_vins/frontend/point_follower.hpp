@@ -61,13 +61,14 @@ class PointFollower {
                                   const Prediction& prediction, Eigen::Vector2d& px) noexcept;
   [[nodiscard]] bool returns(const FramePair& frames, const PointTrack& track,
                              const Prediction& prediction, const Eigen::Vector2d& px) noexcept;
+  [[nodiscard]] bool unsettled(const PointTrack& track) const noexcept;
   void align_with_first_view(const Pyramid& frame, PointTrack& track, Eigen::Vector2d& px) noexcept;
 
   FrontendConfig config_;
   Camera camera_;
   PatchAligner aligner_;
   ReferencePatches references_;
-  bool retry_inverted_;
+  bool on_events_;
 };
 
 }  // namespace pled

@@ -39,8 +39,13 @@ struct MotionEvidence {
 /// with the distance in the picture; so a point seen for the first time has evidence as well. Event
 /// and image points speak for each other.
 ///
-/// Unseen remains what moves along its epipolar lines as another depth would (a car straight ahead
-/// at constant speed), and what hardly moves in the picture.
+/// Last, what stands out towards the camera from its surroundings is doubted a little: cars and
+/// people do, and one that comes straight towards a moving camera looks nearer still than it is,
+/// though its residual is none.
+///
+/// Without that, unseen would be what moves along its epipolar lines as another depth
+/// would. Still unseen is such a thing that looks farther than it is (a car ahead that drives
+/// away), and what hardly moves in the picture.
 ///
 /// No allocation, no clock; one thread.
 class MotionCue {

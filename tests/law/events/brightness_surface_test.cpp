@@ -42,7 +42,7 @@ Event event(std::int64_t us, int x, int y, bool on) {
 }  // namespace
 
 TEST_SUITE("events.brightness_surface") {
-  TEST_CASE("grey is 128 plus the decayed sum of steps, for random streams") {
+  TEST_CASE("grey is 128 plus the decayed sum of steps and the step on its way, for random streams") {
     std::mt19937_64 random(5);
     Fixture f;
     std::vector<Event> events;
@@ -56,10 +56,15 @@ TEST_SUITE("events.brightness_surface") {
     const Timestamp t_ref{t_us + 20'000};
     REQUIRE(f.surface.render(t_ref, {f.grey.data(), kWidth, kHeight, kWidth}));
     std::vector<double> want(f.grey.size(), 0.0);
-    for (const Event& e : events)
-      want[static_cast<std::size_t>(e.y_px * kWidth + e.x_px)] +=
-          (e.polarity == Polarity::kOn ? 1.0 : -1.0) *
-          std::exp(-static_cast<double>(t_ref.us - e.t.us) / (kTau_ms * 1e3));
+    std::vector<double> pending(want.size(), 0.0);
+    for (const Event& e : events) {
+      const auto at = static_cast<std::size_t>(e.y_px * kWidth + e.x_px);
+      const double p = e.polarity == Polarity::kOn ? 1.0 : -1.0;
+      const double age = static_cast<double>(t_ref.us - e.t.us) / (kTau_ms * 1e3);
+      want[at] += p * std::exp(-age);
+      pending[at] = p * std::exp(-3.0 * age);  // of the pixel's last event
+    }
+    for (std::size_t i = 0; i < want.size(); ++i) want[i] += pending[i];
     for (std::size_t i = 0; i < want.size(); ++i) {
       CAPTURE(i);
       const double grey = std::clamp(
@@ -91,8 +96,8 @@ TEST_SUITE("events.brightness_surface") {
   TEST_CASE("a still picture fades to the middle, and does not come back when stamps wrap") {
     Fixture f;
     f.insert(std::vector<Event>(5, event(1000, 3, 4, true)));
-    CHECK(f.at(3, 4, {1000}) == 218);            // 128 + 5 * 18
-    CHECK(f.at(3, 4, {1000 + 300'000}) == 161);  // 128 + 90 / e
+    CHECK(f.at(3, 4, {1000}) == 236);            // 128 + (5 + 1) * 18
+    CHECK(f.at(3, 4, {1000 + 300'000}) == 162);  // 128 + 18 (5 / e + 1 / e^3)
     CHECK(f.at(3, 4, {1000 + 3'000'000}) == 128);
     CHECK(f.at(3, 4, {1000 + (std::int64_t{1} << 32)}) == 128);
   }
