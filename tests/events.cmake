@@ -14,6 +14,9 @@ pled_add_tests(test_events_law LABEL law
 pled_add_tests(test_events_memory LABEL memory
   SOURCES memory/events/events_test.cpp
   DEPS pled::events)
+pled_add_tests(test_events_replay LABEL replay
+  SOURCES replay/events/contrast_test.cpp
+  DEPS pled::replay pled::events)
 pled_check_pointers(test_events test_events_law)
 add_executable(bench_events bench/events_bench.cpp)
 target_include_directories(bench_events PRIVATE ${PROJECT_SOURCE_DIR}/tests)
