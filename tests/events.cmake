@@ -20,4 +20,4 @@ pled_add_tests(test_events_replay LABEL replay
 pled_check_pointers(test_events test_events_law)
 add_executable(bench_events bench/events_bench.cpp)
 target_include_directories(bench_events PRIVATE ${PROJECT_SOURCE_DIR}/tests)
-target_link_libraries(bench_events PRIVATE pled_warnings pled::events)
+target_link_libraries(bench_events PRIVATE pled_warnings pled::events pled::reliability)
