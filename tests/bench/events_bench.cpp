@@ -50,7 +50,7 @@ CameraCalibration camera_of(int width_px, int height_px) {
   return c;
 }
 
-/// Events of one bin, as the map takes them.
+/// Events of one bin, cut as EventScores does.
 struct Run {
   BinNumber bin = 0;
   std::size_t first = 0;
@@ -99,7 +99,9 @@ struct Bench {
     for (std::size_t i = 0; i < events.size();) {
       const TimeBin bin = clock.bin_of(events[i].t);
       std::size_t end = i + 1;
-      while (end < std::min(events.size(), i + kRun) && events[end].t <= bin.end) ++end;
+      const std::int64_t knot_end_us = events[i].t.us | (TurnHistory::kKnot_us - 1);
+      const Timestamp last = std::min(bin.end, Timestamp{knot_end_us});
+      while (end < std::min(events.size(), i + kRun) && events[end].t <= last) ++end;
       runs.push_back({bin.number, i, end - i});
       i = end;
     }
