@@ -2,6 +2,7 @@ pled_add_tests(test_frontend
   SOURCES unit/frontend/frame_tracker_test.cpp
           unit/frontend/frame_tracker_faults_test.cpp
           unit/frontend/event_points_tracker_test.cpp
+          unit/frontend/epipolar_fit_test.cpp
           unit/frontend/motion_check_test.cpp
           law/frontend/corners_test.cpp
           law/frontend/pyramid_test.cpp

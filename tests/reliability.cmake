@@ -11,5 +11,6 @@ pled_add_tests(test_reliability_law LABEL law
           law/reliability/rewarp_test.cpp
           support/reliability/rotating_edges.cpp
   DEPS pled::reliability)
-add_executable(bench_reliability bench/reliability_bench.cpp)
-target_link_libraries(bench_reliability PRIVATE pled_warnings pled::reliability)
+add_executable(bench_anchors bench/anchors_bench.cpp support/reliability/rotating_edges.cpp)
+target_include_directories(bench_anchors PRIVATE ${PROJECT_SOURCE_DIR}/tests)
+target_link_libraries(bench_anchors PRIVATE pled_warnings pled::pipeline)

@@ -30,10 +30,15 @@ void EventScores::expect(Timestamp t) noexcept {
 }
 
 void EventScores::on_events(std::span<const Event> events, const TurnHistory& turn) noexcept {
+  const std::optional<Timestamp> known = turn.newest();
   while (!events.empty()) {
-    const TimeBin bin = clock_.bin_of(events.front().t);
-    std::size_t n = 0;
-    while (n < std::min(events.size(), kRun) && events[n].t <= bin.end) ++n;
+    // Cut where bins, knots and the gyro end, so that it does not matter how events come.
+    const Timestamp first = events.front().t;
+    const TimeBin bin = clock_.bin_of(first);
+    Timestamp last = std::min(bin.end, Timestamp{first.us | (TurnHistory::kKnot_us - 1)});
+    if (known && first <= *known) last = std::min(last, *known);
+    std::size_t n = 1;
+    while (n < std::min(events.size(), kRun) && events[n].t <= last) ++n;
     add_run(events.first(n), bin, turn);
     binned_ = events[n - 1].t;
     events = events.subspan(n);

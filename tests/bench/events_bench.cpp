@@ -19,9 +19,13 @@
 
 #include "pled_vins/events/active_surface.hpp"
 #include "pled_vins/events/arc_star.hpp"
+#include "pled_vins/events/brightness_surface.hpp"
 #include "pled_vins/events/event_warp.hpp"
 #include "pled_vins/events/time_surface.hpp"
 #include "pled_vins/events/turn_history.hpp"
+#include "pled_vins/reliability/bin_clock.hpp"
+#include "pled_vins/reliability/bin_counters.hpp"
+#include "pled_vins/reliability/config.hpp"
 #include "support/events/edge_stream.hpp"
 
 namespace {
@@ -31,6 +35,8 @@ using namespace pled;
 constexpr std::size_t kEvents = 400'000;
 constexpr std::int64_t kFrame_us = 33'333;
 constexpr int kRepeats = 9;
+constexpr std::size_t kRun = 512;  // events that the map takes at once
+constexpr int kMargin = limits::kMapMargin_px;
 
 CameraCalibration camera_of(int width_px, int height_px) {
   CameraCalibration c;
@@ -44,6 +50,13 @@ CameraCalibration camera_of(int width_px, int height_px) {
   return c;
 }
 
+/// Events of one bin, cut as EventScores does.
+struct Run {
+  BinNumber bin = 0;
+  std::size_t first = 0;
+  std::size_t count = 0;
+};
+
 /// The whole front end at one sensor size, and the events of the frame in hand.
 struct Bench {
   Bench(int width_px, int height_px)
@@ -51,13 +64,19 @@ struct Bench {
         pixels(UndistortionTable::floats_needed(width_px, height_px) / 2),
         floor_us(2 * pixels.size()),
         surface(EventConfig{}, width_px, height_px, pixels),
+        verdicts(kEvents),
+        brightness_pixels(pixels.size()),
+        brightness(EventConfig{}.brightness_decay_ms, width_px, height_px, brightness_pixels),
         bearings(UndistortionTable::floats_needed(width_px, height_px)),
         warped(kEvents),
+        cells(BinCounters::cells_needed(width_px + 2 * kMargin, height_px + 2 * kMargin)),
+        counters(width_px + 2 * kMargin, height_px + 2 * kMargin, cells),
         time_surface(EventConfig{}.surface_decay_ms),
         scratch(TimeSurface::floats_needed(width_px, height_px)),
         grey(pixels.size()),
         arc_star(EventConfig{}) {
-    if (!table.build(Camera(camera), bearings) || !warp.build(table, rectified(camera)))
+    if (!table.build(Camera(camera), bearings) || !warp.build(table, rectified(camera)) ||
+        !map_warp.build(table, rectified(camera, kMargin)))
       std::abort();
   }
 
@@ -75,16 +94,37 @@ struct Bench {
     turn.extend({&last, 1}, Eigen::Vector3d::Zero(), Eigen::Quaterniond::Identity());
   }
 
+  void cut_into_runs() {
+    runs.clear();
+    for (std::size_t i = 0; i < events.size();) {
+      const TimeBin bin = clock.bin_of(events[i].t);
+      std::size_t end = i + 1;
+      const std::int64_t knot_end_us = events[i].t.us | (TurnHistory::kKnot_us - 1);
+      const Timestamp last = std::min(bin.end, Timestamp{knot_end_us});
+      while (end < std::min(events.size(), i + kRun) && events[end].t <= last) ++end;
+      runs.push_back({bin.number, i, end - i});
+      i = end;
+    }
+  }
+
   CameraCalibration camera;
   std::vector<SurfacePixel> pixels;
   std::vector<std::int64_t> floor_us;
   ActiveSurface surface;
+  std::vector<EventVerdict> verdicts;
+  std::vector<BrightnessPixel> brightness_pixels;
+  BrightnessSurface brightness;
   std::vector<float> bearings;
   UndistortionTable table;
   EventWarp warp;
+  EventWarp map_warp;
   TurnHistory turn;
   TurnSlices slices;
   std::vector<WarpedPixel> warped;
+  std::vector<BinCell> cells;
+  BinCounters counters;
+  BinClock clock{Duration{ReliabilityConfig{}.bin_us}};
+  std::vector<Run> runs;
   TimeSurface time_surface;
   std::vector<float> scratch;
   std::vector<std::uint8_t> grey;
@@ -93,6 +133,7 @@ struct Bench {
 
   std::span<const Event> events;
   Timestamp t_frame;
+  Timestamp t_reference;  ///< of the map
   std::size_t sink = 0;
 };
 
@@ -106,13 +147,28 @@ PLED_STAGE stage_floor(Bench& b) {
     stamps[2 * (e.y_px * width + e.x_px) + static_cast<std::size_t>(e.polarity)] = e.t.us;
 }
 
-PLED_STAGE stage_surface(Bench& b) { b.surface.insert(b.events); }
+PLED_STAGE stage_surface(Bench& b) { b.surface.insert(b.events, b.verdicts); }
 
-/// The slices of the frame and the events through them.
+/// The slices of each run and its events through them, to one instant, as the map has it.
 PLED_STAGE stage_compensation(Bench& b) {
-  const Timestamp from{b.t_frame.us - kFrame_us};
-  if (!b.turn.slices(b.t_frame, from, b.t_frame, b.warp.slice_error_rad(), b.slices)) std::abort();
-  b.warp.warp(b.events, b.slices, b.warped);
+  for (const Run& run : b.runs) {
+    const std::span<const Event> events = b.events.subspan(run.first, run.count);
+    if (!b.turn.slices(b.t_reference, events.front().t, events.back().t,
+                       b.map_warp.slice_error_rad(), b.slices))
+      std::abort();
+    b.map_warp.warp(events, b.slices, std::span(b.warped).subspan(run.first, run.count));
+  }
+}
+
+PLED_STAGE stage_counters(Bench& b) {
+  for (const Run& run : b.runs)
+    b.counters.add(std::span(b.warped).subspan(run.first, run.count), run.bin);
+}
+
+PLED_STAGE stage_brightness(Bench& b) { b.brightness.insert(b.events, b.verdicts); }
+
+PLED_STAGE stage_brightness_picture(Bench& b) {
+  if (!b.brightness.render(b.t_frame, b.picture())) std::abort();
 }
 
 PLED_STAGE stage_arc_star(Bench& b) {
@@ -142,6 +198,9 @@ constexpr std::array kStages{
     Stage{"floor", stage_floor, true},
     Stage{"surface", stage_surface, true},
     Stage{"compensation", stage_compensation, true},
+    Stage{"counters", stage_counters, true},
+    Stage{"brightness", stage_brightness, true},
+    Stage{"brightness_picture", stage_brightness_picture, false},
     Stage{"arc_star", stage_arc_star, false},
     Stage{"time_surface_raw", stage_time_surface_raw, false},
     Stage{"time_surface_carried", stage_time_surface_carried, false},
@@ -160,8 +219,11 @@ std::array<double, kStages.size()> play(Bench& b, std::span<const Event> stream,
   std::array<double, kStages.size()> spent_ns{};
   frames = 0;
   b.surface.clear();
+  b.brightness.clear();
   b.turn.clear();
-  b.t_frame = stream.front().t;
+  b.counters.clear();
+  b.counters.advance_to(b.clock.bin_of(stream.front().t).number);  // clears its memory
+  b.t_frame = b.t_reference = stream.front().t;
   b.turn_until(b.t_frame.us);
   while (!stream.empty()) {
     b.t_frame.us += kFrame_us;
@@ -170,6 +232,7 @@ std::array<double, kStages.size()> play(Bench& b, std::span<const Event> stream,
     while (n < stream.size() && stream[n].t <= b.t_frame) ++n;
     b.events = stream.first(n);
     stream = stream.subspan(n);
+    b.cut_into_runs();
     ++frames;
     for (std::size_t k = 0; k < kStages.size(); ++k) {
       const double start = cpu_ns();

@@ -47,8 +47,13 @@ struct TurnFaults {
 };
 
 /// The orientation of the event camera over the last second, integrated from the gyro as samples
-/// arrive. Only differences mean something: the first orientation is arbitrary. Fixed memory (33
-/// KB); no allocation, no thread.
+/// arrive. Only differences mean something: the first orientation is arbitrary.
+///
+/// What is known of an instant depends on the samples up to it, or to the first one after it, never
+/// on those that come later: the knot before it has orientation, rate and acceleration, and nothing
+/// else is used. So an event is carried to the same place, to the bit, whenever it comes.
+///
+/// Fixed memory (66 KB); no allocation, no thread.
 class TurnHistory {
  public:
   static constexpr int kKnotLog2_us = 10;
@@ -77,12 +82,11 @@ class TurnHistory {
   [[nodiscard]] std::optional<Eigen::Quaterniond> rotation(Timestamp t_a,
                                                            Timestamp t_b) const noexcept;
 
-  /// Slices over [t_from, t_to] that carry to t_ref. Their length, 64 us to 8.2 ms, is the longest
-  /// whose rotation differs from the exact one by at most `max_error_rad` anywhere, or longer when
-  /// limits::kMaxTurnSlices of them would not cover the span. Boundaries are multiples of the
-  /// length on the clock.
-  /// Nothing newer than newest() is guessed: a slice that reaches beyond it is right in the middle
-  /// of its known part.
+  /// Slices over [t_from, t_to] that carry to t_ref. Their length, 64 us to 1.024 ms, is the
+  /// longest whose rotation differs from the exact one by at most `max_error_rad` anywhere in the
+  /// span. Boundaries are multiples of the length on the clock, so no slice reaches over a knot (a
+  /// multiple of kKnot_us), and slices of a span between two knots depend on nothing else in it:
+  /// what should not depend on how events are split into spans is to be split at the knots.
   /// @returns false, with `out` untouched, unless oldest() <= t_from <= t_to <= newest() and t_ref
   ///          is in the span as well.
   /// Cost: about 60 ns a slice.
@@ -90,19 +94,27 @@ class TurnHistory {
                             TurnSlices& out) const noexcept;
 
  private:
-  void begin(const ImuSample& sample) noexcept;
+  /// What is known at a knot, in the camera's frame. The rate goes on linearly from there.
+  struct Knot {
+    Eigen::Quaterniond R_start_knot;
+    Eigen::Vector3f rate_radps;
+    Eigen::Vector3f accel_radps2;
+  };
+
+  void begin(const ImuSample& sample, const Eigen::Vector3d& gyro_bias_radps,
+             const Eigen::Quaterniond& R_cam_body) noexcept;
   void integrate_to(const ImuSample& sample, const Eigen::Vector3d& gyro_bias_radps,
                     const Eigen::Quaterniond& R_cam_body) noexcept;
-  void add_knot() noexcept;
+  /// At the tip. Both are of the camera in its frame.
+  void add_knot(const Eigen::Vector3d& rate_radps, const Eigen::Vector3d& accel_radps2) noexcept;
   [[nodiscard]] bool covers(Timestamp t) const noexcept;
-  [[nodiscard]] const Eigen::Quaterniond& knot(std::int64_t number) const noexcept;
-  /// R_start_t at a covered time.
+  [[nodiscard]] const Knot& knot(std::int64_t number) const noexcept;
+  /// R_start_t at a covered time, or before the knot that follows one.
   [[nodiscard]] Eigen::Quaterniond at(std::int64_t t_us) const noexcept;
-  /// Fastest turn between knots over the span, rad/s.
+  /// No less than the fastest turn in the span.
   [[nodiscard]] double max_rate_radps(std::int64_t from_us, std::int64_t to_us) const noexcept;
 
-  std::array<Eigen::Quaterniond, limits::kTurnKnots>
-      knots_;  ///< knot n, at n kKnot_us, is n mod size
+  std::array<Knot, limits::kTurnKnots> knots_;  ///< knot n, at n kKnot_us, is n mod size
   std::int64_t newest_knot_ = 0;
   std::size_t num_knots_ = 0;
   bool has_sample_ = false;

@@ -69,6 +69,44 @@ TEST_SUITE("events.turn_history.law") {
     }
   }
 
+  TEST_CASE("what is known of an instant keeps its bits as the gyro goes on") {
+    const support::TurningBody body;
+    const Eigen::Vector3d bias(0.01, 0.02, 0.03);
+    const auto slices = std::make_unique<TurnSlices>();
+    for (const std::int64_t step_us : {125, 997, 5000}) {
+      CAPTURE(step_us);
+      TurnHistory turn;
+      std::mt19937_64 random(3);
+      struct Seen {
+        Timestamp t;
+        Eigen::Quaterniond R_ref_t;
+        std::array<float, 9> R_ref_slice;
+      };
+      std::vector<Seen> seen;
+      const Timestamp t_ref{10'000};
+      // The slices of a span inside one knot's time.
+      const auto slice_of = [&](Timestamp t) {
+        REQUIRE(turn.slices(t_ref, t, t, 2e-4, *slices));
+        return slices->R_ref_slice[slices->index(t.us)];
+      };
+      for (const ImuSample& sample : body.samples(300, 500'000, step_us, bias)) {
+        const std::int64_t before_us = turn.newest().value_or(Timestamp{0}).us;
+        turn.extend({&sample, 1}, bias, support::slanted_mount());
+        if (before_us < t_ref.us) continue;
+        const auto new_us = static_cast<std::uint64_t>(sample.t.us - before_us);
+        for (const Timestamp t :
+             {Timestamp{before_us + 1 + static_cast<std::int64_t>(random() % new_us)}, sample.t})
+          seen.push_back({t, *turn.rotation(t_ref, t), slice_of(t)});
+      }
+      REQUIRE(seen.size() > 100);
+      for (const Seen& s : seen) {
+        CAPTURE(s.t.us);
+        REQUIRE(turn.rotation(t_ref, s.t)->coeffs() == s.R_ref_t.coeffs());
+        REQUIRE(slice_of(s.t) == s.R_ref_slice);
+      }
+    }
+  }
+
   TEST_CASE("slices keep within the error asked for, at every instant and rate") {
     const Eigen::Quaterniond R_body_cam = support::slanted_mount();
     const auto slices = std::make_unique<TurnSlices>();

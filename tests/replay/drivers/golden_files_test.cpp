@@ -24,7 +24,7 @@ namespace {
 std::string recordings(const char* what) {
   const char* const folder = std::getenv("PLED_RECORDINGS");
   if (folder != nullptr && *folder != '\0') return folder;
-  MESSAGE("skipped, PLED_RECORDINGS is not set: " << what);
+  MESSAGE("skipped, PLED_RECORDINGS is not set: " << std::string(what));
   return {};
 }
 

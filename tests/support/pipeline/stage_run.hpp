@@ -41,6 +41,8 @@ class StageRun {
     bool gyro = true;
     std::int64_t offset_us = 0;  ///< added to every time; the body's motion is as at offset 0
     std::size_t packet = 0;      ///< events a call; 0: all up to an observation at once
+    bool gyro_by_packet =
+        false;  ///< comes only as far as a packet needs it, not to the observation
   };
 
   StageRun(const EventStageConfig& config, const RigCalibration& rig, const SwingingBody& body,
@@ -61,15 +63,19 @@ class StageRun {
   /// Observes at `t_us` (time of the body's motion) after the events up to it, which have stamps of
   /// the event camera's clock at offset 0.
   void observe(std::int64_t t_us, std::span<const Event> events) {
-    feed_gyro(t_us);
     const Timestamp t{t_us + options_.offset_us};
-    if (options_.gyro) stage_->follow_turn(*imu_, Eigen::Vector3d::Zero());
+    if (!options_.gyro_by_packet) know_turn_until(t_us);
     stage_->expect(t);
     std::vector<Event> moved(events.begin(), events.end());
     for (Event& e : moved) e.t.us += options_.offset_us;
     const std::size_t packet = options_.packet == 0 ? moved.size() : options_.packet;
-    for (std::size_t i = 0; i < moved.size(); i += packet)
-      stage_->on_events(std::span(moved).subspan(i, std::min(packet, moved.size() - i)));
+    for (std::size_t i = 0; i < moved.size(); i += packet) {
+      const std::size_t n = std::min(packet, moved.size() - i);
+      if (options_.gyro_by_packet)
+        know_turn_until(events[i + n - 1].t.us + stage_->time_shift().us);
+      stage_->on_events(std::span(moved).subspan(i, n));
+    }
+    know_turn_until(t_us);
     std::optional<Eigen::Quaterniond> R_prev_cur;
     if (last_us_) R_prev_cur = pose(*last_us_).q.conjugate() * pose(t_us).q;
     stage_->observe(t, t.us * 1000, R_prev_cur, measured_);
@@ -117,6 +123,11 @@ class StageRun {
   static EventStorage& poisoned(EventStorage& storage) {
     std::memset(static_cast<void*>(&storage), 0xA5, sizeof storage);
     return storage;
+  }
+
+  void know_turn_until(std::int64_t t_us) {
+    feed_gyro(t_us);
+    if (options_.gyro) stage_->follow_turn(*imu_, Eigen::Vector3d::Zero());
   }
 
   /// Samples every 4 ms, one of them after `t_us`.

@@ -144,14 +144,15 @@ TEST_SUITE("events.turn_history") {
     }
   }
 
-  TEST_CASE("a camera at rest gets few slices, a spinning one no more than there is room for") {
+  TEST_CASE(
+      "a camera at rest gets slices of a knot, a spinning one no more than there is room for") {
     TurnHistory still;
     fill(still, 0, 900'000, 0.0);
     TurnHistory spinning;
     fill(spinning, 0, 900'000, 40.0);
     const auto slices = std::make_unique<TurnSlices>();
     REQUIRE(still.slices({900'000}, {0}, {900'000}, 1e-4, *slices));
-    CHECK(slices->count == 110);  // of 8192 us
+    CHECK(slices->count == 879);  // of 1024 us, the longest
     REQUIRE(spinning.slices({900'000}, {0}, {900'000}, 1e-4, *slices));
     CHECK(slices->count <= limits::kMaxTurnSlices);
     CHECK(slices->count > limits::kMaxTurnSlices / 2);
