@@ -142,7 +142,7 @@ TEST_SUITE("apps.output") {
     for (const auto& item : json.items()) keys.push_back(item.key());
     CHECK(keys == std::vector<std::string>{"schema", "version", "recording", "duration_s",
                                            "initialised_at_s", "accuracy", "stages",
-                                           "cpu_ms_per_frame", "events", "imu", "frames", "memory",
+                                           "cpu_ms_per_frame", "streams_used", "events", "imu", "frames", "memory",
                                            "faults", "resets", "reset_stamps_s"});
     for (const char* key : {"duration_s", "initialised_at_s", "cpu_ms_per_frame", "events"})
       CHECK(json.at(key).is_null());
