@@ -135,12 +135,13 @@ bool tell_failures(const RunEnd& end) {
 
 void tell_time_shift(const ReplayFacts& facts) {
   if (facts.parts.health->faults(Fault::kTimeShiftCorrected) == 0) return;
+  const double shift_s = facts.parts.pipeline->seeing_shift().seconds();
   std::array<char, 200> text{};
   std::snprintf(
       text.data(), text.size(),
       "the clocks of camera and IMU do not agree: continued with a time shift of %+.4f s; "
       "write 'timeshift_cam_imu: %.4f' into camchain.yaml to start sooner",
-      facts.parts.pipeline->frame_shift().seconds(), facts.parts.pipeline->frame_shift().seconds());
+      shift_s, shift_s);
   print_note(text.data());
 }
 
