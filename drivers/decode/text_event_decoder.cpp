@@ -2,11 +2,21 @@
 
 #include <algorithm>
 #include <cstring>
+#include <limits>
 
 #include "drivers/decode/decimal.hpp"
 #include "pled_vins/core/check.hpp"
 
 namespace pled {
+namespace {
+
+/// Whether a stamp is too far ahead of another; stamps have any value, so no difference is taken.
+bool leaps(std::int64_t t_us, std::int64_t from_us) noexcept {
+  return from_us < std::numeric_limits<std::int64_t>::max() - TextEventDecoder::kMaxStep_us &&
+         t_us > from_us + TextEventDecoder::kMaxStep_us;
+}
+
+}  // namespace
 
 TextEventDecoder::TextEventDecoder(int width_px, int height_px) noexcept
     : width_px_(static_cast<std::uint32_t>(width_px)),
@@ -18,9 +28,10 @@ DecodeStep TextEventDecoder::decode(std::span<const std::byte> bytes,
                                     std::span<Event> out) noexcept {
   PLED_CHECK(out.size() >= kMinOutput);
   const char* const text = reinterpret_cast<const char*>(bytes.data());
+  constexpr std::size_t kMostOfALine = 2;
   std::size_t at = 0;
   std::size_t events = 0;
-  while (at < bytes.size() && events < out.size()) {
+  while (at < bytes.size() && out.size() - events >= kMostOfALine) {
     const void* const found = std::memchr(text + at, '\n', bytes.size() - at);
     if (found == nullptr) {
       keep({text + at, bytes.size() - at});
@@ -39,7 +50,8 @@ DecodeStep TextEventDecoder::decode(std::span<const std::byte> bytes,
     partial_size_ = 0;
     too_long_ = false;
     skip_to_end_ = false;
-    if (whole && take_line(line, out[events])) ++events;
+    if (!whole) continue;
+    if (const std::optional<Event> event = parse(line)) events += take(*event, &out[events]);
   }
   return {at, events};
 }
@@ -53,12 +65,12 @@ void TextEventDecoder::keep(std::string_view part) noexcept {
   partial_size_ += part.size();
 }
 
-bool TextEventDecoder::take_line(std::string_view line, Event& out) noexcept {
+std::optional<Event> TextEventDecoder::parse(std::string_view line) noexcept {
   line = trimmed_line(line);
-  if (is_blank_or_comment(line)) return false;
+  if (is_blank_or_comment(line)) return std::nullopt;
   if (line.size() > kMaxLine) {
     ++faults_.malformed;
-    return false;
+    return std::nullopt;
   }
   constexpr int kMicro = 6;
   const auto t_us = parse_scaled(next_field(line), kMicro);
@@ -69,21 +81,43 @@ bool TextEventDecoder::take_line(std::string_view line, Event& out) noexcept {
   const bool off = p == "0" || p == "-1";
   if (!t_us || !x || !y || !(on || off) || !next_field(line).empty()) {
     ++faults_.malformed;
-    return false;
+    return std::nullopt;
   }
   if (*x < 0 || *y < 0 || static_cast<std::uint32_t>(*x) >= width_px_ ||
       static_cast<std::uint32_t>(*y) >= height_px_) {
     ++faults_.outside_sensor;
-    return false;
+    return std::nullopt;
   }
-  if (has_time_ && *t_us < last_us_) ++faults_.time_backwards;
-  last_us_ = has_time_ ? std::max(last_us_, *t_us) : *t_us;
+  return Event{{*t_us},
+               static_cast<std::uint16_t>(*x),
+               static_cast<std::uint16_t>(*y),
+               on ? Polarity::kOn : Polarity::kOff};
+}
+
+std::size_t TextEventDecoder::take(const Event& event, Event* out) noexcept {
+  std::size_t events = 0;
+  if (waiting_) {
+    if (leaps(waiting_->t.us, event.t.us))
+      ++faults_.malformed;
+    else
+      out[events++] = held(*waiting_);
+    waiting_.reset();
+  }
+  if (has_time_ && leaps(event.t.us, last_us_))
+    waiting_ = event;
+  else
+    out[events++] = held(event);
+  return events;
+}
+
+Event TextEventDecoder::held(Event event) noexcept {
+  if (has_time_ && event.t.us < last_us_) {
+    ++faults_.time_backwards;
+    event.t.us = last_us_;
+  }
   has_time_ = true;
-  out = {{last_us_},
-         static_cast<std::uint16_t>(*x),
-         static_cast<std::uint16_t>(*y),
-         on ? Polarity::kOn : Polarity::kOff};
-  return true;
+  last_us_ = event.t.us;
+  return event;
 }
 
 void TextEventDecoder::resynchronise() noexcept {
@@ -95,6 +129,8 @@ void TextEventDecoder::resynchronise() noexcept {
 
 void TextEventDecoder::finish() noexcept {
   if ((partial_size_ != 0 || too_long_) && !skip_to_end_) ++faults_.malformed;
+  if (waiting_) ++faults_.before_sync;
+  waiting_.reset();
   partial_size_ = 0;
   too_long_ = false;
   skip_to_end_ = false;

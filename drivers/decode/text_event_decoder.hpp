@@ -3,6 +3,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <string_view>
 
@@ -15,8 +16,14 @@ namespace pled {
 /// lines beginning with '#' are skipped; any other line that does not read so is
 /// counted in `malformed`. Lines end with \n or \r\n; the last line needs its
 /// end as well (RawFileSource supplies a missing one).
+///
+/// A stamp that goes back is held at the last one and counted. Ours: one more than kMaxStep_us
+/// ahead of the last waits for the next event and is malformed when that does not go on from it,
+/// so that one damaged line cannot hold all that follow. At the end of the stream it counts in
+/// `before_sync`.
 class TextEventDecoder final : public EventDecoder {
  public:
+  static constexpr std::int64_t kMaxStep_us = 131'072;
   /// Longer lines are malformed.
   static constexpr std::size_t kMaxLine = 256;
 
@@ -29,7 +36,9 @@ class TextEventDecoder final : public EventDecoder {
   [[nodiscard]] const DecoderFaults& faults() const noexcept override { return faults_; }
 
  private:
-  [[nodiscard]] bool take_line(std::string_view line, Event& out) noexcept;
+  [[nodiscard]] std::optional<Event> parse(std::string_view line) noexcept;
+  [[nodiscard]] std::size_t take(const Event& event, Event* out) noexcept;
+  [[nodiscard]] Event held(Event event) noexcept;
   void keep(std::string_view part) noexcept;
 
   std::uint32_t width_px_;
@@ -40,6 +49,7 @@ class TextEventDecoder final : public EventDecoder {
   bool skip_to_end_ = false;  ///< bytes were lost: the rest of this line is no whole line
   bool has_time_ = false;
   std::int64_t last_us_ = 0;
+  std::optional<Event> waiting_;  ///< its stamp leapt ahead of the last
   DecoderFaults faults_;
 };
 

@@ -166,7 +166,8 @@ std::optional<OpenedRecording> open_recording(const PlayOptions& options) {
   if (!rig) return std::nullopt;
   std::string refusal = apply_calibrated_sizes(recording, *rig);
   const limits::SensorClass* sensor = refusal.empty() ? sensor_class(recording, refusal) : nullptr;
-  if (refusal.empty())
+  // Without frames the times of observations are the IMU's own.
+  if (refusal.empty() && (options.use_frames || !recording.frame_stamps_ns().empty()))
     refusal = clock_problem(recording, rig->cameras[rig->frame_camera].time_shift_s);
   if (!refusal.empty()) {
     print_error(refusal);
@@ -178,8 +179,8 @@ std::optional<OpenedRecording> open_recording(const PlayOptions& options) {
   if (!start_is_inside(whole_s, options)) return std::nullopt;
   std::optional<Streams> streams = open_streams(recording, options, stamps_ns, problems);
   if (print_problems(problems) || !streams) return std::nullopt;
-  return OpenedRecording{options, *config, std::move(recording), *rig,
-                         sensor,  whole_s, std::move(*streams)};
+  return OpenedRecording{options, *config, std::move(recording),  *rig,
+                         sensor,  whole_s, frame_span(stamps_ns), std::move(*streams)};
 }
 
 }  // namespace pled::apps

@@ -8,6 +8,7 @@
 #include "pled_vins/backend/window_solver.hpp"
 #include "pled_vins/config/app_config.hpp"
 #include "pled_vins/core/limits.hpp"
+#include "pled_vins/evaluation/evaluate.hpp"
 #include "pled_vins/geometry/camera.hpp"
 #include "pled_vins/pipeline/inline_runner.hpp"
 #include "src/apps/estimator_storage.hpp"
@@ -43,7 +44,8 @@ struct OpenedRecording {
   replay::Recording recording;
   RigCalibration rig;
   const limits::SensorClass* sensor = nullptr;
-  double whole_s = 0.0;  ///< from the first observation to the last
+  double whole_s = 0.0;                   ///< from the first observation to the last
+  std::optional<FrameSpan> observations;  ///< of the whole recording; absent with fewer than two
   Streams streams;
 
   [[nodiscard]] EstimatorParts build(WindowSolver& solver) const;

@@ -50,6 +50,7 @@ std::string to_json(const ReplayReport& report) {
   out["accuracy"] = accuracy(report.accuracy);
   out["stages"] = stages(report.stages);
   out["cpu_ms_per_frame"] = json_number(report.cpu_ms_per_frame);
+  out["streams_used"] = {{"frames", report.saw_frames}, {"events", report.saw_events}};
   out["events"] = flow(report.events);
   out["imu"] = flow(report.imu);
   out["frames"] = flow(report.frames);

@@ -53,6 +53,8 @@ struct ReplayReport {
   AccuracyReport accuracy;
   std::vector<StageReport> stages;
   std::optional<double> cpu_ms_per_frame;
+  bool saw_frames = true;  ///< false: they gave only the times of observations
+  bool saw_events = true;
   std::optional<FlowReport> events;
   std::optional<FlowReport> imu;
   std::optional<FlowReport> frames;

@@ -7,6 +7,7 @@
 #include "src/apps/commands.hpp"
 #include "src/apps/replay_session.hpp"
 #include "src/apps/score_option.hpp"
+#include "src/apps/stream_options.hpp"
 #include "src/apps/text.hpp"
 
 namespace pled::apps {
@@ -58,20 +59,12 @@ class ReplayCommand final : public Command {
                    "Play at most this many seconds; default: all")
         ->type_name("S")
         ->check(seconds(false));
-    app.add_flag_callback(
-        "--no-frames", [this] { options_.play.use_frames = false; },
-        "See by events alone; frames give only the times (20 Hz without any)");
-    app.add_flag_callback(
-        "--no-events", [this] { options_.play.use_events = false; }, "See by frames alone");
+    add_stream_options(app, options_.play);
     add_score_option(app, options_.play.score);
     app.add_flag("--no-report", no_report_, "Do not make report.html");
   }
 
   ExitCode run() override {
-    if (!options_.play.use_frames && !options_.play.use_events) {
-      print_error("--no-frames and --no-events together leave nothing to see by");
-      return ExitCode::kMisused;
-    }
     if (!run_replay(options_)) return ExitCode::kFailed;
     if (!no_report_) make_page();
     return ExitCode::kDone;

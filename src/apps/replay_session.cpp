@@ -64,8 +64,9 @@ bool run_replay(const ReplayOptions& options) {
                " gave not one event in the time that was played");
   const replay::FrameFaults frame_faults =
       streams.frame_file != nullptr ? streams.frame_file->faults() : replay::FrameFaults{};
-  return finish_replay(
-      {options, opened->recording, *opened->sensor, parts, end, meters, frame_faults}, output);
+  return finish_replay({options, opened->recording, opened->observations, *opened->sensor, parts,
+                        end, meters, frame_faults},
+                       output);
 }
 
 }  // namespace pled::apps

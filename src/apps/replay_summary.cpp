@@ -6,7 +6,6 @@
 #include <variant>
 #include <vector>
 
-#include "pled_vins/evaluation/evaluate.hpp"
 #include "src/apps/output_report.hpp"
 #include "src/apps/text.hpp"
 #include "src/apps/version.hpp"
@@ -14,10 +13,10 @@
 namespace pled::apps {
 namespace {
 
-/// The frames that were played, for the coverage: the recording's stamps in the span.
+/// The observations that were played, for the coverage.
 std::optional<FrameSpan> played_frames(const ReplayFacts& facts) {
   if (!facts.end.first_stamp_ns || !facts.end.last_stamp_ns) return std::nullopt;
-  std::optional<FrameSpan> span = frame_span(facts.recording.frame_stamps_ns());
+  std::optional<FrameSpan> span = facts.observations;
   if (!span) return std::nullopt;
   span->first_ns = *facts.end.first_stamp_ns;
   span->last_ns = *facts.end.last_stamp_ns;
@@ -105,6 +104,8 @@ ReplayReport make_report(const ReplayFacts& facts, const ReplayOutput& output) {
   if (health.frames.used > 0)
     report.cpu_ms_per_frame = 1e3 * facts.meters.cpu_s() / static_cast<double>(health.frames.used);
   report.faults = fault_counts(facts);
+  report.saw_frames = facts.options.play.use_frames;
+  report.saw_events = facts.recording.has(replay::Stream::kEvents) && facts.options.play.use_events;
   if (facts.recording.has(replay::Stream::kEvents)) report.events = flow(health.events);
   report.imu = flow(health.imu);
   report.frames = flow(health.frames);
@@ -134,12 +135,13 @@ bool tell_failures(const RunEnd& end) {
 
 void tell_time_shift(const ReplayFacts& facts) {
   if (facts.parts.health->faults(Fault::kTimeShiftCorrected) == 0) return;
+  const double shift_s = facts.parts.pipeline->seeing_shift().seconds();
   std::array<char, 200> text{};
   std::snprintf(
       text.data(), text.size(),
       "the clocks of camera and IMU do not agree: continued with a time shift of %+.4f s; "
       "write 'timeshift_cam_imu: %.4f' into camchain.yaml to start sooner",
-      facts.parts.pipeline->frame_shift().seconds(), facts.parts.pipeline->frame_shift().seconds());
+      shift_s, shift_s);
   print_note(text.data());
 }
 

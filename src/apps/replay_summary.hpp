@@ -5,6 +5,7 @@
 
 #include "drivers/replay/recording.hpp"
 #include "pled_vins/core/limits.hpp"
+#include "pled_vins/evaluation/evaluate.hpp"
 #include "pled_vins/pipeline/inline_runner.hpp"
 #include "src/apps/estimator_storage.hpp"
 #include "src/apps/replay_meters.hpp"
@@ -17,6 +18,7 @@ namespace pled::apps {
 struct ReplayFacts {
   const ReplayOptions& options;
   const replay::Recording& recording;
+  const std::optional<FrameSpan>& observations;  ///< of the whole recording
   const limits::SensorClass& sensor;
   const EstimatorParts& parts;
   const RunEnd& end;

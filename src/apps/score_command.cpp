@@ -16,6 +16,7 @@
 #include "src/apps/opened_recording.hpp"
 #include "src/apps/progress.hpp"
 #include "src/apps/score_rows.hpp"
+#include "src/apps/stream_options.hpp"
 #include "src/apps/text.hpp"
 
 namespace pled::apps {
@@ -43,10 +44,7 @@ class ScoreCommand final : public Command {
   void declare(CLI::App& app) override {
     app.add_option("RECORDING", play_.recording, "Folder of a recording with labels")->required();
     app.add_option("--config", play_.config, "Settings file (YAML); default: built-in settings");
-    app.add_flag_callback(
-        "--no-frames", [this] { play_.use_frames = false; }, "See by events alone");
-    app.add_flag_callback(
-        "--no-events", [this] { play_.use_events = false; }, "See by frames alone");
+    add_stream_options(app, play_);
     app.add_flag("--json", json_, "Print a JSON array, and nothing else");
     app.add_option("--rows", rows_file_, "Write each point of each frame to this CSV file");
   }

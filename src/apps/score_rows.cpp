@@ -5,6 +5,7 @@
 
 #include "pled_vins/config/schema.hpp"
 #include "src/apps/output_features.hpp"
+#include "src/apps/text_row.hpp"
 
 namespace pled::apps {
 namespace {
@@ -71,16 +72,33 @@ void ScoreRows::take(const FrameResult& result) {
     for (std::size_t k = 0; k < row.w.size(); ++k)
       row.w[k] = result.temporal[i].of(kTemporalScoreNames[k].first);
     rows_.push_back(row);
-    if (!csv_.is_open()) continue;
-    csv_ << static_cast<double>(result.measurement->stamp_ns) * 1e-9 << ',' << point.id << ','
-         << kind_name(point.kind) << ',' << px->x() << ',' << px->y() << ',' << row.is_moving << ','
-         << row.used << ',' << point.track_length;
-    for (const double w : row.w) {
-      csv_ << ',';
-      if (!std::isnan(w)) csv_ << w;
-    }
-    csv_ << '\n';
+    if (csv_.is_open()) write(row, result.measurement->stamp_ns, point, *px);
   }
+}
+
+void ScoreRows::write(const Row& row, std::int64_t stamp_ns, const PointMeasurement& point,
+                      const Eigen::Vector2d& px) {
+  constexpr int kPixelDecimals = 4;
+  TextRow<256> text;
+  text.stamp(stamp_ns);
+  text.text(",");
+  text.count(point.id);
+  text.text(",");
+  text.text(kind_name(point.kind));
+  for (const double value : {px.x(), px.y()}) {
+    text.text(",");
+    text.number(value, kPixelDecimals);
+  }
+  for (const std::uint64_t value :
+       {std::uint64_t{row.is_moving}, std::uint64_t{row.used}, std::uint64_t{point.track_length}}) {
+    text.text(",");
+    text.count(value);
+  }
+  for (const double w : row.w) {
+    text.text(",");
+    text.exact_number(w);  // else others count ties where there are none
+  }
+  csv_ << text.view() << '\n';
 }
 
 std::vector<ScoreTable> ScoreRows::tables() const {

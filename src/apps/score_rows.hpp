@@ -49,6 +49,8 @@ class ScoreRows final : public ResultSink {
   };
 
   void take(const FrameResult& result);
+  void write(const Row& row, std::int64_t stamp_ns, const PointMeasurement& point,
+             const Eigen::Vector2d& px);
 
   report::Labels labels_;
   RigCalibration rig_;

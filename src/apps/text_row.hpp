@@ -29,6 +29,11 @@ class TextRow {
     if (std::isnan(value)) return;
     finish(std::to_chars(end(), limit(), value, std::chars_format::fixed, decimals));
   }
+  /// So many digits that the same number is read again; NaN leaves the field empty.
+  void exact_number(double value) noexcept {
+    if (std::isnan(value)) return;
+    finish(std::to_chars(end(), limit(), value));
+  }
   void count(std::uint64_t value) noexcept { finish(std::to_chars(end(), limit(), value)); }
 
   /// False when the line did not fit.

@@ -114,6 +114,11 @@ std::optional<PixelScore> EventStage::score(const Eigen::Vector3d& ray_cam, Scor
   return scores_.read(ray_cam, turn_, pooling, form);
 }
 
+void EventStage::correct_clock(Duration shift) noexcept {
+  shift_ = shift_ + shift;
+  reset();  // the turn is kept on the events' clock
+}
+
 void EventStage::reset() noexcept {
   turn_.clear();
   turned_until_ = Timestamp{INT64_MIN};

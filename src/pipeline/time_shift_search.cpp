@@ -23,8 +23,13 @@ constexpr int kRobustRounds = 6;
 
 using Row = Eigen::Matrix<double, 4, 1>;
 
-/// Turning rate of the camera that explains the points' motion best; robust against movers.
-Eigen::Vector3d image_turn(const FrameMeasurement& frame, double dt_s) noexcept {
+bool counts(const PointMeasurement& point, std::uint8_t camera) noexcept {
+  return point.track_length >= 2 && point.camera == camera;
+}
+
+/// Turning rate of the camera that explains its points' motion best; robust against movers.
+Eigen::Vector3d image_turn(const FrameMeasurement& frame, std::uint8_t camera,
+                           double dt_s) noexcept {
   std::array<double, limits::kMaxPoints> weight;
   weight.fill(1.0);
   Eigen::Vector3d rate = Eigen::Vector3d::Zero();
@@ -33,7 +38,7 @@ Eigen::Vector3d image_turn(const FrameMeasurement& frame, double dt_s) noexcept 
     Eigen::Vector3d b = Eigen::Vector3d::Zero();
     for (std::size_t i = 0; i < frame.points.size(); ++i) {
       const PointMeasurement& p = frame.points[i];
-      if (p.track_length < 2) continue;
+      if (!counts(p, camera)) continue;
       const double x = p.bearing_xy[0];
       const double y = p.bearing_xy[1];
       Eigen::Matrix<double, 2, 3> J;  // image motion of a distant point by the camera's turn
@@ -103,16 +108,16 @@ struct Fit {
 
 }  // namespace
 
-void TimeShiftSearch::observe(Timestamp from, Timestamp to,
-                              const FrameMeasurement& frame) noexcept {
+void TimeShiftSearch::observe(Timestamp from, Timestamp to, const FrameMeasurement& frame,
+                              std::uint8_t camera) noexcept {
   std::size_t followed = 0;
-  for (const PointMeasurement& p : frame.points) followed += p.track_length >= 2;
+  for (const PointMeasurement& p : frame.points) followed += counts(p, camera);
   if (followed < kFewestPoints || !(to > from)) return;
   if (size_ == kIntervals) {
     std::move(turns_.begin() + 1, turns_.end(), turns_.begin());
     --size_;
   }
-  turns_[size_++] = {from, to, image_turn(frame, (to - from).seconds())};
+  turns_[size_++] = {from, to, image_turn(frame, camera, (to - from).seconds())};
 }
 
 std::optional<Duration> TimeShiftSearch::find(const ImuHistory& imu) const noexcept {

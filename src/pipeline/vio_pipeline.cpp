@@ -49,8 +49,11 @@ void VioPipeline::on_clock_jump() noexcept {
   has_last_frame_ = false;
   output_.has_pose = false;
   backend_.restart();
+  tracker_.reset();
   cues_.reset();
   admission_.reset();
+  time_shift_search_.reset();
+  next_search_.reset();
   event_points_ = {};  // else new corners would keep away from where points were
   if (events_ != nullptr) events_->reset();
 }
@@ -65,7 +68,10 @@ void VioPipeline::expect(const FrameView& frame) noexcept {
 }
 
 Timestamp VioPipeline::last_event_time(const FrameView& frame) const noexcept {
-  return frame_time(frame) - Duration::from_s(rig_.cameras[rig_.event_camera].time_shift_s);
+  const Duration shift = events_ != nullptr
+                             ? events_->time_shift()
+                             : Duration::from_s(rig_.cameras[rig_.event_camera].time_shift_s);
+  return frame_time(frame) - shift;
 }
 
 void VioPipeline::on_events(std::span<const Event> events) noexcept {
@@ -130,21 +136,39 @@ bool VioPipeline::on_frame(const FrameView& frame, FrameResult& result) noexcept
 void VioPipeline::look_for_time_shift(Timestamp from, Timestamp to) noexcept {
   if (output_.has_pose) find_time_shift_ = false;  // what starts has sound clocks
   if (!find_time_shift_) return;
-  time_shift_search_.observe(from, to, measurement_);
+  time_shift_search_.observe(from, to, measurement_, seeing_camera());
   if (!next_search_) next_search_ = to + kTrustClocks;
   if (to < *next_search_) return;
   next_search_ = to + kSearchAgain;
   const std::optional<Duration> shift = time_shift_search_.find(imu_);
   if (!shift) return;
   health_.count(Fault::kTimeShiftCorrected);
-  frame_shift_ = frame_shift_ + *shift;
-  last_frame_ = last_frame_ + *shift;
-  tracker_.shift_clock(*shift);
-  if (events_ != nullptr) events_->shift_clock(*shift);
+  correct_clocks(*shift);
   cues_.reset();
   backend_.forget_frames();
   time_shift_search_.reset();
   next_search_ = last_frame_ + kTrustClocks;
+}
+
+std::uint8_t VioPipeline::seeing_camera() const noexcept {
+  return options_.use_frames ? rig_.frame_camera : rig_.event_camera;
+}
+
+/// Cameras that the calibration tells apart have clocks of their own; one that is both has one.
+void VioPipeline::correct_clocks(Duration shift) noexcept {
+  const bool one_clock = rig_.frame_camera == rig_.event_camera;
+  if (options_.use_frames || one_clock) {
+    frame_shift_ = frame_shift_ + shift;
+    last_frame_ = last_frame_ + shift;
+    tracker_.shift_clock(shift);
+  }
+  if (events_ == nullptr) return;
+  if (options_.use_frames && !one_clock) {
+    events_->shift_clock(shift);
+    return;
+  }
+  events_->correct_clock(shift);
+  event_points_ = {};
 }
 
 PoseEstimate VioPipeline::carried_back(const PoseEstimate& pose) const noexcept {

@@ -42,11 +42,21 @@ class EvenSample {
   std::vector<Moment> kept_;
 };
 
+/// The upper one of two in the middle; kEmpty of none.
+double median(std::vector<double> values) {
+  if (values.empty()) return kEmpty;
+  const auto middle = values.begin() + std::ssize(values) / 2;
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
 /// Puts the rows of one frame at a time into the figures.
 class Digester {
  public:
   Digester(const replay::Recording* recording, std::size_t max_moments)
-      : labels_(recording), sample_(max_moments) {}
+      : labels_(recording),
+        events_are_labelled_(recording == nullptr || same_sensor(*recording)),
+        sample_(max_moments) {}
 
   void add(const FeatureRow& row) {
     if (frame_.rows.empty() || row.stamp_ns != frame_.stamp_ns) {
@@ -65,33 +75,47 @@ class Digester {
  private:
   void finish_frame() {
     if (frame_.rows.empty()) return;
-    if (const auto labels = labels_.at(frame_.stamp_ns)) {
-      digest_.labelled = true;
-      for (LabelledRow& r : frame_.rows)
-        r.moving = is_moving(*labels, r.row.begin_px[0], r.row.begin_px[1]);
-    }
+    const auto labels = labels_.at(frame_.stamp_ns);
+    const auto has_label = [&](const FeatureRow& row) {
+      return labels && (events_are_labelled_ || row.kind != Kind::kEventPoint);
+    };
     FrameStats stats;
     stats.stamp_ns = frame_.stamp_ns;
     double sum_w = 0.0;
     int weighed = 0;
-    for (const auto& [row, moving] : frame_.rows) {
+    for (auto& [row, moving] : frame_.rows) {
+      moving = has_label(row) && is_moving(*labels, row.begin_px[0], row.begin_px[1]);
       ++stats.tracked[static_cast<std::size_t>(row.kind)];
       stats.used += row.used ? 1 : 0;
+      stats.event_points_used += row.used && row.kind == Kind::kEventPoint ? 1 : 0;
       stats.moving += moving ? 1 : 0;
       if (!std::isnan(row.w)) {
         sum_w += row.w;
         ++weighed;
       }
+      if (labels && !has_label(row)) continue;
       digest_.w.add(row.w, moving);
       digest_.w_temporal.add(row.w_temporal, moving);
       digest_.w_geometric.add(row.w_geometric, moving);
     }
+    digest_.labelled = digest_.labelled || labels.has_value();
     if (weighed > 0) stats.mean_w = sum_w / weighed;
+    stats.image_points = temporal_of(Kind::kImagePoint);
+    stats.event_points = temporal_of(Kind::kEventPoint);
     digest_.frames.push_back(stats);
     sample_.offer(std::exchange(frame_, {}));
   }
 
+  [[nodiscard]] FrameStats::Temporal temporal_of(Kind kind) const {
+    std::vector<double> still, moving;
+    for (const LabelledRow& r : frame_.rows)
+      if (r.row.kind == kind && !std::isnan(r.row.w_temporal))
+        (r.moving ? moving : still).push_back(r.row.w_temporal);
+    return {median(std::move(still)), median(std::move(moving))};
+  }
+
   Labels labels_;
+  bool events_are_labelled_;
   EvenSample sample_;
   Moment frame_;
   FeatureDigest digest_;
@@ -104,6 +128,10 @@ void Histogram::add(double weight, bool is_moving) {
   const double scaled = std::clamp(weight, 0.0, 1.0) * static_cast<double>(kBins);
   const std::size_t bin = std::min(static_cast<std::size_t>(scaled), kBins - 1);
   ++(is_moving ? moving : still)[bin];
+}
+
+bool same_sensor(const replay::Recording& recording) {
+  return recording.event_size() == recording.frame_size();
 }
 
 bool Histogram::empty() const {

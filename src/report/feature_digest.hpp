@@ -17,14 +17,25 @@ struct FrameStats {
   std::int64_t stamp_ns = 0;
   std::array<int, static_cast<std::size_t>(Kind::kCount)> tracked{};  ///< by kind
   int used = 0;
+  int event_points_used = 0;
   int moving = 0;          ///< on something that moves, where there are labels
   double mean_w = kEmpty;  ///< over those that have a weight
+  /// Median temporal weight of the points of a kind: at rest or unlabelled, and moving ones.
+  struct Temporal {
+    double still = kEmpty;
+    double moving = kEmpty;
+  };
+  Temporal image_points, event_points;
 };
 
 struct LabelledRow {
   FeatureRow row;
   bool moving = false;
 };
+
+/// Whether events and frames come from the pixels of one sensor, as far as sizes tell: then they
+/// share the labels and one picture.
+[[nodiscard]] bool same_sensor(const replay::Recording& recording);
 
 /// A frame whose features are kept one by one, to be drawn.
 struct Moment {
@@ -51,7 +62,8 @@ struct FeatureDigest {
   bool labelled = false;  ///< moving and still features were told apart
 };
 
-/// Reads the file once. `recording` lends its labels and may be null.
+/// Reads the file once. `recording` lends its labels and may be null. Event points of another
+/// sensor have no label: where others have one, they are left out of the histograms.
 [[nodiscard]] std::variant<FeatureDigest, FileError> digest_features(
     const std::filesystem::path& file, const replay::Recording* recording, std::size_t max_moments);
 

@@ -161,7 +161,8 @@ Json make_moments(const std::vector<Moment>& moments, const replay::Recording* r
     if (has_events) add_events(moments, *recording, span, each / 3, list, event_rates, notes);
     out["width_px"] = recording->frame_size().width_px;
     out["height_px"] = recording->frame_size().height_px;
-    out["same_sensor"] = recording->event_size() == recording->frame_size();
+    out["same_sensor"] = same_sensor(*recording);
+    out["event_width_px"] = recording->event_size().width_px;
     out["event_window_ms"] = EventPictures::kWindow_us / kNsPerUs;
   }
   out["list"] = std::move(list);

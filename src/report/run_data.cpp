@@ -199,8 +199,9 @@ void Loader::add_features() {
   constexpr std::size_t kMaxFrames = 2500;
   const std::size_t step = (features_->frames.size() + kMaxFrames - 1) / kMaxFrames;
   Json f = {{"labelled", features_->labelled}};
-  for (const char* name :
-       {"t_s", "image_points", "event_points", "lines", "used", "moving", "mean_w"})
+  for (const char* name : {"t_s", "image_points", "event_points", "lines", "used",
+                           "event_points_used", "moving", "mean_w", "temporal_image",
+                           "temporal_image_moving", "temporal_event", "temporal_event_moving"})
     f[name] = Json::array();
   for (std::size_t i = 0; i < features_->frames.size(); i += step) {
     const FrameStats& frame = features_->frames[i];
@@ -209,8 +210,13 @@ void Loader::add_features() {
     f["event_points"].push_back(frame.tracked[1]);
     f["lines"].push_back(frame.tracked[2]);
     f["used"].push_back(frame.used);
+    f["event_points_used"].push_back(frame.event_points_used);
     f["moving"].push_back(frame.moving);
     f["mean_w"].push_back(rounded(frame.mean_w, 3));
+    f["temporal_image"].push_back(rounded(frame.image_points.still, 3));
+    f["temporal_image_moving"].push_back(rounded(frame.image_points.moving, 3));
+    f["temporal_event"].push_back(rounded(frame.event_points.still, 3));
+    f["temporal_event_moving"].push_back(rounded(frame.event_points.moving, 3));
   }
   run_.data["features"] = std::move(f);
   run_.data["histograms"] = {histogram("w", features_->w),

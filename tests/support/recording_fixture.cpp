@@ -6,6 +6,7 @@
 #include <fstream>
 #include <iterator>
 #include <limits>
+#include <map>
 #include <sstream>
 #include <stdexcept>
 #include <system_error>
@@ -49,12 +50,13 @@ RunFolder& run_folder() {
   return folder;
 }
 
-/// A static room, seen in motion from the first frame. Events are coarse: they cost
+/// A room, seen in motion from the first frame. Events are coarse: they cost
 /// most of a simulation's time, and here they only have to be there.
-fs::path make_recording() {
+fs::path make_recording(RecordingCopy::Scene scene) {
   const fs::path folder = run_folder().next() / "recording";
   sim::SimulationOptions options = sim::preset("test").value();
   options.duration_s = 2.5;
+  if (scene == RecordingCopy::Scene::kWithMovers) options.moving = sim::MovingLevel::kHigh;
   options.frames.blur_samples = 3;
   options.events.threshold = 0.6;
   options.events.max_step_s = 0.01;
@@ -64,8 +66,10 @@ fs::path make_recording() {
   return folder;
 }
 
-const fs::path& shared_recording() {
-  static const fs::path folder = make_recording();
+const fs::path& shared_recording(RecordingCopy::Scene scene) {
+  static std::map<RecordingCopy::Scene, fs::path> folders;
+  fs::path& folder = folders[scene];
+  if (folder.empty()) folder = make_recording(scene);
   return folder;
 }
 
@@ -121,8 +125,8 @@ Outcome run_pled_vins(const std::vector<std::string>& arguments) {
   return outcome;
 }
 
-RecordingCopy::RecordingCopy() {
-  const fs::path& original = shared_recording();
+RecordingCopy::RecordingCopy(Scene scene) {
+  const fs::path& original = shared_recording(scene);
   root_ = run_folder().next();
   link_tree(original, path());
 }

@@ -24,11 +24,13 @@ struct Outcome {
 [[nodiscard]] std::string bytes_of(const std::filesystem::path& file);
 
 /// A recording of its own for one case: 2.5 s of simulated flight, which the first
-/// case of a test run makes. Files are shared by hard links until a case changes
-/// them. Removed with the object.
+/// case of a test run that wants the scene makes. Files are shared by hard links until a case
+/// changes them. Removed with the object.
 class RecordingCopy {
  public:
-  RecordingCopy();
+  enum class Scene : std::uint8_t { kStill, kWithMovers };
+
+  explicit RecordingCopy(Scene scene = Scene::kStill);
   RecordingCopy(const RecordingCopy&) = delete;
   RecordingCopy& operator=(const RecordingCopy&) = delete;
   ~RecordingCopy();

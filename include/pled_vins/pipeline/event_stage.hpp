@@ -101,6 +101,9 @@ class EventStage {
 
   /// Says that the times of observations given so far were early by `shift`.
   void shift_clock(Duration shift) noexcept { points_.shift_clock(shift); }
+  /// Says that event stamps are early by so much more than time_shift() tells, which it tells from
+  /// here on. What was seen is forgotten: it was put where the camera had not yet turned to.
+  void correct_clock(Duration shift) noexcept;
   /// Another clock stamps everything from here on.
   void reset() noexcept;
 

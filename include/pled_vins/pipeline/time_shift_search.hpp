@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstddef>
+#include <cstdint>
 #include <optional>
 
 #include <Eigen/Core>
@@ -20,7 +21,9 @@ namespace pled {
 class TimeShiftSearch {
  public:
   /// One interval between frames, both ends on the estimator's clock; `frame` was taken at `to`.
-  void observe(Timestamp from, Timestamp to, const FrameMeasurement& frame) noexcept;
+  /// Points of other cameras than `camera` do not count: each may have a clock of its own.
+  void observe(Timestamp from, Timestamp to, const FrameMeasurement& frame,
+               std::uint8_t camera) noexcept;
 
   /// What must be added to the frames' times; nullopt as long as the data do not tell, which
   /// includes an offset too small to prevent a start. Under a millisecond.

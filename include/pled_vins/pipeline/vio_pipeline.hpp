@@ -72,6 +72,10 @@ class VioPipeline {
   /// What is added to the frames' stamps: the calibrated timeshift_cam_imu and what was found on
   /// top of it (counted as Fault::kTimeShiftCorrected).
   [[nodiscard]] Duration frame_shift() const noexcept { return frame_shift_; }
+  /// The same for the camera that is seen by: of the frames, or without them of the events.
+  [[nodiscard]] Duration seeing_shift() const noexcept {
+    return options_.use_frames || events_ == nullptr ? frame_shift_ : events_->time_shift();
+  }
 
  private:
   [[nodiscard]] bool covered_by_imu(Timestamp t) const noexcept;
@@ -83,6 +87,8 @@ class VioPipeline {
   void report_events() noexcept;
   [[nodiscard]] Eigen::Vector3d gyro_bias() const noexcept;
   [[nodiscard]] std::optional<NavState> known_state() const noexcept;
+  [[nodiscard]] std::uint8_t seeing_camera() const noexcept;
+  void correct_clocks(Duration shift) noexcept;
   void look_for_time_shift(Timestamp from, Timestamp to) noexcept;
   [[nodiscard]] PoseEstimate carried_back(const PoseEstimate& pose) const noexcept;
 

@@ -6,6 +6,7 @@ errorView();
 moments();
 histograms();
 featureView();
+temporalView();
 streams();
 tables();
 

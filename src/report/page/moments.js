@@ -34,7 +34,7 @@ function coloured(image, paint) {
 
 const featureOf = (row) => {
   const [kind, u0, v0, u1, v1, w, used, moving, wTemporal, wGeometric] = row;
-  return { kind: { i: 'image point', e: 'event point', l: 'line' }[kind], u0, v0, u1, v1, w, used, moving, wTemporal, wGeometric };
+  return { kind: { i: 'image point', e: 'event point', l: 'line' }[kind], u0, v0, u1, v1, w, used, moving, wTemporal, wGeometric, u: u0, v: v0 };
 };
 
 function sizeOf(run, moment) {
@@ -44,9 +44,19 @@ function sizeOf(run, moment) {
   return [Math.max(64, ...us) + 8, Math.max(48, ...vs) + 8];  // no recording: as large as what was seen
 }
 
-function drawFeatures(c, moment, scale, dot) {
-  for (const f of moment.features.map(featureOf)) {
-    const [x, y] = [(f.u0 + 0.5) * scale, (f.v0 + 0.5) * scale];
+/** What belongs on the picture that is shown: event points of another camera only on that camera's own. */
+function featuresOn(run, moment) {
+  const features = moment.features.map(featureOf);
+  if (!run.moments.width_px || run.moments.same_sensor) return features;
+  const onEvents = layers.events && moment.events && !(layers.frame && moment.frame);
+  const share = run.moments.width_px / run.moments.event_width_px;
+  return features.filter((f) => (f.kind === 'event point') === Boolean(onEvents))
+    .map((f) => (onEvents ? { ...f, u: (f.u0 + 0.5) * share - 0.5, v: (f.v0 + 0.5) * share - 0.5 } : f));
+}
+
+function drawFeatures(c, features, scale, dot) {
+  for (const f of features) {
+    const [x, y] = [(f.u + 0.5) * scale, (f.v + 0.5) * scale];
     const isLine = isNumber(f.u1);
     const width = dot * (f.used ? 0.6 : 0.45);
     c.beginPath();
@@ -58,9 +68,12 @@ function drawFeatures(c, moment, scale, dot) {
     } else {
       c.arc(x, y, dot, 0, 2 * Math.PI);
     }
-    c.strokeStyle = 'rgba(0, 0, 0, .65)';  // a dark rim, so that light colours stand out of a light picture
-    c.lineWidth = width + 1.6;
-    c.stroke();
+    // A dark rim, so that light colours stand out of a light picture; inside it a light one round event points.
+    for (const [rim, wide] of f.kind === 'event point' ? [['#000', 3.4], ['#fff', 2]] : [['rgba(0, 0, 0, .65)', 1.6]]) {
+      c.strokeStyle = rim;
+      c.lineWidth = width + wide;
+      c.stroke();
+    }
     c.strokeStyle = c.fillStyle = weightColour(f.w);
     c.lineWidth = width;
     if (f.used && !isLine) c.fill(); else c.stroke();
@@ -88,7 +101,7 @@ async function paintMoment(view) {
   const foreign = !run.moments.same_sensor && frameImage;  // another camera's events do not fit on this frame
   if (eventImage && !foreign) put(coloured(eventImage, (g) => (g < 64 ? null : [...(g > 191 ? palette.on : palette.off), frameImage ? 115 : 230])));
   if (labelImage) put(coloured(labelImage, (g) => (g === 255 ? [255, 255, 255, 90] : null)));
-  if (layers.features) drawFeatures(c, moment, scale, Math.max(3, pixels / 190));
+  if (layers.features) drawFeatures(c, featuresOn(run, moment), scale, Math.max(3, pixels / 190));
   describe(view, moment, foreign && eventImage);
 }
 
@@ -100,12 +113,12 @@ function describe(view, moment, foreign) {
   const parts = [`t = ${moment.t_s.toFixed(2)} s`, `${features.length} features, ${count((f) => f.used)} used`];
   const lines = count((f) => f.kind === 'line');
   const eventPoints = count((f) => f.kind === 'event point');
-  if (eventPoints) parts.push(`${eventPoints} event points`);
+  if (eventPoints) parts.push(`${eventPoints} event points, ${count((f) => f.kind === 'event point' && f.used)} used`);
   if (lines) parts.push(`${lines} lines`);
   if (count((f) => f.moving)) parts.push(`${count((f) => f.moving)} on what moves`);
   parts.push(weighed.length ? `mean weight ${short(mean)} of the ${weighed.length} that have one` : 'no evidence yet: features have no weight');
   if (isNumber(moment.event_count)) parts.push(`${short(moment.event_count)} events in ${view.run.moments.event_window_ms} ms`);
-  if (foreign) parts.push('events are of another camera: switch the frame off to see them');
+  if (foreign) parts.push('events and their points are of another camera: switch the frame off to see them');
   if (isComparison) parts.unshift(runName(view.k));
   view.words.replaceChildren(...parts.map((part) => el('li', {}, part)));
 }
@@ -117,7 +130,7 @@ function momentTip(view, event) {
   const u = ((event.clientX - box.left) / box.width) * width - 0.5;
   const v = ((event.clientY - box.top) / box.width) * width - 0.5;
   let best = { distance: (12 / box.width) * width };
-  for (const f of moment.features.map(featureOf)) {
+  for (const f of featuresOn(view.run, moment)) {
     const distance = distanceTo(f, u, v);
     if (distance < best.distance) best = { distance, f };
   }
@@ -129,7 +142,7 @@ function momentTip(view, event) {
 }
 
 function distanceTo(f, u, v) {
-  if (!isNumber(f.u1)) return Math.hypot(f.u0 - u, f.v0 - v);
+  if (!isNumber(f.u1)) return Math.hypot(f.u - u, f.v - v);
   const [dx, dy] = [f.u1 - f.u0, f.v1 - f.v0];
   const share = Math.min(Math.max(((u - f.u0) * dx + (v - f.v0) * dy) / (dx * dx + dy * dy || 1), 0), 1);
   return Math.hypot(f.u0 + share * dx - u, f.v0 + share * dy - v);
@@ -167,6 +180,8 @@ function momentLegend() {
   scale.style.background = `linear-gradient(90deg, ${[0, 0.25, 0.5, 0.75, 1].map(weightColour).join(', ')})`;
   const host = byId('moment-legend');
   legend(host, [
+    ...(runs.some((r) => momentsOf(r).some((m) => m.features.some((f) => f[0] === 'e'))) ? [
+      { name: 'image point', colour: colour('muted'), shape: 'ring' }, { name: 'event point (white rim)', colour: colour('muted'), shape: 'square' }] : []),
     { name: 'used', colour: weightColour(1), shape: 'box' }, { name: 'not used', colour: weightColour(1), shape: 'ring' },
     { name: 'no evidence yet', colour: weightColour(null), shape: 'ring' },
     ...(runs.some((r) => momentsOf(r).some((m) => m.events)) ? [

@@ -97,15 +97,38 @@ function streams() {
   byId('faults').replaceChildren(faultTable());
 }
 
-function featureView() {
-  const kinds = [['image_points', 'image points', ''], ['event_points', 'event points', '2 3'], ['lines', 'lines', '8 3'], ['used', 'used', '']];
-  const series = runs.flatMap((run, k) => (run.features && run.features.t_s.length ? kinds
-    .filter(([key]) => run.features[key].some((n) => n > 0))
-    .map(([key, name, dash]) => ({
-      name: isComparison ? `${'AB'[k]} ${name}` : name, dash, x: run.features.t_s, y: run.features[key], width: key === 'used' ? 2 : 1.2,
-      colour: isComparison ? runColour(k) : key === 'used' ? 'a' : 'truth',
+const dashShapes = { '2 3': 'dots', '8 3': 'dash' };
+
+/** Lines of run.features over time: `kinds` of [key, name, dash, colour, width]. Nothing where all is nothing. */
+function featureLines(kinds, is) {
+  return runs.flatMap((run, k) => (run.features && run.features.t_s.length ? kinds
+    .filter(([key]) => run.features[key].some(is))
+    .map(([key, name, dash, own, width]) => ({
+      name: isComparison ? `${'AB'[k]} ${name}` : name, dash, x: run.features.t_s, y: run.features[key], width,
+      colour: isComparison ? runColour(k) : own,
     })) : []));
-  if (!series.length) { byId('feature-view').replaceChildren(empty('there is no features.csv')); return; }
-  lineChart(byId('feature-view'), { x: { label: 'time after the first frame, s' }, y: { label: 'features of a frame', from: 0 }, unit: '', height: 200, series });
-  drawings.push(() => legend(byId('feature-legend'), series.map((s) => ({ name: s.name, colour: colour(s.colour), shape: { '2 3': 'dots', '8 3': 'dash' }[s.dash] || '' }))));
+}
+
+function featureChart(view, key, series, y, nothing) {
+  if (!series.length) { byId(view).replaceChildren(empty(nothing)); return; }
+  lineChart(byId(view), { x: { label: 'time after the first frame, s' }, y, unit: '', height: 200, series });
+  drawings.push(() => legend(byId(key), series.map((s) => ({ name: s.name, colour: colour(s.colour), shape: dashShapes[s.dash] || '' }))));
+}
+
+function featureView() {
+  const series = featureLines([
+    ['image_points', 'image points', '', 'truth', 1.2], ['event_points', 'event points', '2 3', 'b', 1.4], ['lines', 'lines', '8 3', 'truth', 1.2],
+    ['used', 'used, all kinds', '', 'a', 2], ['event_points_used', 'event points used', '', 'b', 2]], (n) => n > 0);
+  featureChart('feature-view', 'feature-legend', series, { label: 'features of a frame', from: 0 }, 'there is no features.csv');
+}
+
+function temporalView() {
+  const kinds = [['temporal_image', 'image points', '', 'a', 2], ['temporal_event', 'event points', '', 'b', 1.6]];
+  if (!isComparison && runs[0].features && runs[0].features.labelled) {
+    kinds[0][1] += ', still';
+    kinds[1][1] += ', still';
+    kinds.push(['temporal_image_moving', 'image points, moving', '2 3', 'a', 1.8], ['temporal_event_moving', 'event points, moving', '2 3', 'b', 1.8]);
+  }
+  if (isComparison) kinds[1][2] = '2 3';
+  featureChart('temporal-view', 'temporal-legend', featureLines(kinds, isNumber), { label: 'median weight', from: 0 }, 'no evidence yet');
 }

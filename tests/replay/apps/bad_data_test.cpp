@@ -260,11 +260,12 @@ TEST_SUITE("apps.replay_bad_data") {
   TEST_CASE("events outside the sensor and lines that do not read are counted, not used") {
     const RecordingCopy recording;
     recording.remove("events.raw");
-    recording.write("events.txt",
-                    "0.1 5 5 1\n0.2 1000 4 1\n0.2 4 1000 0\nx\n0.3 239 179 1\n2.4 0 0 0\n");
+    recording.write(
+        "events.txt",
+        "0.1 5 5 1\n0.2 1000 4 1\n0.2 4 1000 0\nx\n0.3 239 179 1\n2.4 0 0 0\n2.4 1 0 0\n");
     const json report = report_of(recording, {"--duration", "2.45"});
     CHECK(report["faults"] == json{{"event_malformed", 1}, {"event_outside_sensor", 2}});
-    CHECK(report["events"]["in"] == 5);  // those that read
+    CHECK(report["events"]["in"] == 6);  // those that read
     CHECK(report["events"]["dropped"] == 2);
   }
 

@@ -97,6 +97,13 @@ TEST_SUITE("apps.report") {
     }
     CHECK(events > 0);
     CHECK(run["features"]["t_s"].size() == recording.lines("images.txt").size());
+    for (const char* name : {"event_points", "event_points_used", "temporal_image",
+                             "temporal_image_moving", "temporal_event", "temporal_event_moving"}) {
+      CAPTURE(name);
+      CHECK(run["features"][name].size() == run["features"]["t_s"].size());
+    }
+    CHECK(run["features"]["temporal_image"].back() > 0.5);  // nothing moves by itself
+    CHECK(run["features"]["temporal_image_moving"].back().is_null());
     CHECK(run["rates"]["imu"]["per_s"][1] == 200);
     CHECK(run["rates"]["frames"]["per_s"][1] == 20);
     CHECK(run["rates"]["events"]["per_s"][1] > 0);

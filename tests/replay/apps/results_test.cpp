@@ -124,7 +124,7 @@ TEST_SUITE("apps.replay_results") {
     CHECK(keys == std::vector<std::string>{"accuracy", "cpu_ms_per_frame", "duration_s", "events",
                                            "faults", "frames", "imu", "initialised_at_s", "memory",
                                            "recording", "reset_stamps_s", "resets", "schema",
-                                           "stages", "version"});
+                                           "stages", "streams_used", "version"});
     const auto frames = recording.lines("images.txt").size();
     CHECK(report["frames"]["in"] == frames);
     CHECK(report["frames"]["used"] == frames);

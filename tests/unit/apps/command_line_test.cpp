@@ -245,7 +245,7 @@ TEST_SUITE("apps.command_line") {
     CHECK(o.code == 1);
     CHECK(o.out == "");
     CHECK_MESSAGE(contains(o.err, "not an event file that can be read"), o.err);
-    const std::string events = folder.write("e.txt", "0.1 3 4 1\n3.1 5 6 0\n").string();
+    const std::string events = folder.write("e.txt", "0.1 3 4 1\n3.1 5 6 0\n3.1 5 6 0\n").string();
     const Outcome good = run("info '" + events + "' --json");
     CHECK(good.code == 0);
     CHECK_MESSAGE(contains(good.out, "\"last_s\": 3.1,"), good.out);

@@ -157,7 +157,7 @@ TEST_SUITE("drivers.input_faults") {
   TEST_CASE("a stream that ends long before the frames, and a camera that drops out, are told") {
     const TemporaryFolder folder;
     write_frames(folder, 1.0, 2.0);
-    write_file(folder / "events.txt", std::string("0.0 3 4 1\n1.1 3 4 1\n"));
+    write_file(folder / "events.txt", std::string("0.0 3 4 1\n1.1 3 4 1\n1.1 4 4 1\n"));
     write_file(folder / "imu.txt", std::string("0.7 0 0 9.81 0 0 0\n3 0 0 9.81 0 0 0\n"));
     const Told told = told_of(folder.path());
     REQUIRE(told.surveyed);

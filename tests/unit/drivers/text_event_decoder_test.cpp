@@ -66,11 +66,43 @@ TEST_SUITE("drivers.text_event_decoder") {
 
   TEST_CASE("a stamp below the last is held and counted") {
     TextEventDecoder decoder(240, 180);
-    const auto events = decode_text(decoder, "-0.5 1 1 1\n-0.7 1 1 1\n0.1 1 1 1\n");
+    const auto events = decode_text(decoder, "-0.5 1 1 1\n-0.7 1 1 1\n-0.4 1 1 1\n");
     REQUIRE(events.size() == 3);
     CHECK(events[1].t.us == -500000);
-    CHECK(events[2].t.us == 100000);
+    CHECK(events[2].t.us == -400000);
     CHECK(decoder.faults().time_backwards == 1);
+  }
+
+  TEST_CASE("one stamp far ahead costs its line, and those behind it keep their own") {
+    TextEventDecoder decoder(240, 180);
+    const auto events = decode_text(decoder, "0.1 1 1 1\n1000 2 1 1\n0.2 3 1 1\n0.3 4 1 1\n");
+    REQUIRE(events.size() == 3);
+    CHECK(events[1].x_px == 3);
+    CHECK(events[1].t.us == 200000);
+    CHECK(events[2].t.us == 300000);
+    CHECK(decoder.faults().malformed == 1);
+    CHECK(decoder.faults().time_backwards == 0);
+  }
+
+  TEST_CASE("a silence, however long, costs no event that another one follows") {
+    TextEventDecoder decoder(240, 180);
+    const auto events = decode_text(decoder, "0 1 1 1\n5 2 1 1\n9 3 1 1\n9 4 1 0\n");
+    REQUIRE(events.size() == 4);
+    for (std::uint16_t k = 0; k < 4; ++k) CHECK(events[k].x_px == k + 1);
+    CHECK(events[1].t.us == 5'000'000);
+    CHECK(events[3].t.us == 9'000'000);
+    CHECK(decoder.faults().before_sync == 0);
+    decoder.finish();
+    CHECK(decoder.faults().before_sync == 0);
+    CHECK(decoder.faults().malformed == 0);
+  }
+
+  TEST_CASE("a stamp that nothing follows is not believed beyond a step, and counted") {
+    TextEventDecoder decoder(240, 180);
+    CHECK(decode_text(decoder, "0 1 1 1\n0.131072 2 1 1\n0.262145 3 1 1\n").size() == 2);
+    decoder.finish();
+    decoder.finish();
+    CHECK(decoder.faults().before_sync == 1);
   }
 
   TEST_CASE("a line without end is malformed once, whatever its length") {
@@ -85,7 +117,7 @@ TEST_SUITE("drivers.text_event_decoder") {
     TextEventDecoder decoder(240, 180);
     CHECK(decode_text(decoder, "0.1 1 2 1\n0.2 3").size() == 1);
     decoder.resynchronise();
-    const auto events = decode_text(decoder, "5 6 1\n0.3 7 8 0\n");
+    const auto events = decode_text(decoder, "5 6 1\n0.2 7 8 0\n");
     REQUIRE(events.size() == 1);
     CHECK(events[0].x_px == 7);
     CHECK(decoder.faults().malformed == 0);

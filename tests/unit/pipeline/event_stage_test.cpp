@@ -353,6 +353,25 @@ TEST_SUITE("pipeline.event_stage") {
     }
   }
 
+  TEST_CASE("a clock that is corrected is followed as one that was calibrated so") {
+    RigCalibration told = event_rig(true);
+    told.cameras[0].time_shift_s = 0.008192;
+    const EventScene scene(told.cameras[0], 0.12, 7);
+    const std::vector<Event> events =
+        with_stamps_moved(scene.events(swing(), kStart_us, kStart_us + 600'000), -8192);
+    for (const EventPicture picture : kPictures) {
+      CAPTURE(static_cast<int>(picture));
+      StageRun calibrated(config_of(picture), told, swing());
+      StageRun corrected(config_of(picture), event_rig(true), swing());
+      corrected.stage().correct_clock(Duration{8192});
+      CHECK(corrected.stage().time_shift() == Duration{8192});
+      calibrated.play(events, kStart_us, kStart_us + 600'000);
+      corrected.play(events, kStart_us, kStart_us + 600'000);
+      CHECK(corrected.measured().points.size() > 10);
+      check_same(corrected.measured(), calibrated.measured());
+    }
+  }
+
   TEST_CASE("no points are looked for when none are wanted, and the map works all the same") {
     EventStageConfig config = config_of(EventPicture::kBrightness, true);
     config.events.max_points = 0;

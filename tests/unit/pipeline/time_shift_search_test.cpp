@@ -17,10 +17,11 @@ Eigen::Vector3d body_rate(double t_s) {
 }
 
 struct World {
-  double turning = 1.0;    ///< factor on body_rate
-  double offset_s = 0.0;   ///< true time of a frame = its stamp + offset
-  double sideways = 0.0;   ///< translation over depth, rad/s of image motion
-  double mover_share = 0;  ///< of the points, that go their own way
+  double turning = 1.0;      ///< factor on body_rate
+  double offset_s = 0.0;     ///< true time of a frame = its stamp + offset
+  double sideways = 0.0;     ///< translation over depth, rad/s of image motion
+  double mover_share = 0;    ///< of the points, that go their own way
+  double foreign_share = 0;  ///< of the points, that another camera sees: it looks elsewhere
 };
 
 /// Plays five seconds and asks at the end.
@@ -50,6 +51,7 @@ std::optional<Duration> search(const World& world) {
       PointMeasurement p;
       p.id = i;
       p.track_length = 5;
+      p.camera = unit() < world.foreign_share ? 0 : 1;
       const double x = 1.2 * unit() - 0.6;
       const double y = 0.9 * unit() - 0.45;
       const double nearness = 0.2 + unit();
@@ -60,9 +62,11 @@ std::optional<Duration> search(const World& world) {
               0.01 * (unit() - 0.5),
           (1 + y * y) * w.x() - x * y * w.y() - x * w.z() + 0.01 * (unit() - 0.5)};
       if (unit() < world.mover_share) p.bearing_rate_xyps = {0.5, -0.3};
+      if (p.camera == 0)
+        p.bearing_rate_xyps = {-p.bearing_rate_xyps[1], 3 * p.bearing_rate_xyps[0]};
       REQUIRE(frame.points.push_back(p));
     }
-    searcher.observe(Timestamp{us - kPeriod_us}, Timestamp{us}, frame);
+    searcher.observe(Timestamp{us - kPeriod_us}, Timestamp{us}, frame, 1);
   }
   return searcher.find(*imu);
 }
@@ -83,6 +87,13 @@ TEST_SUITE("pipeline.time_shift_search") {
     const auto shift = search({.offset_s = -0.045, .sideways = 0.15, .mover_share = 0.3});
     REQUIRE(shift.has_value());
     CHECK(std::abs(shift->seconds() + 0.045) < 0.005);
+  }
+
+  TEST_CASE("points of another camera do not count, however many") {
+    const auto shift = search({.offset_s = -0.045, .foreign_share = 0.7});
+    REQUIRE(shift.has_value());
+    CHECK(std::abs(shift->seconds() + 0.045) < 0.003);
+    CHECK(!search({.offset_s = -0.045, .foreign_share = 1.0}).has_value());
   }
 
   TEST_CASE("clocks that agree, or nearly, are left alone") {

@@ -156,20 +156,25 @@ TEST_SUITE("pipeline.vio_pipeline") {
     CHECK(count(*result.measurement, FeatureKind::kEventPoint) == 0);
   }
 
-  TEST_CASE("after a clock jump events are begun with as if nothing had been seen") {
-    Rig jumped(false, true);
-    Rig fresh(false, true);
-    FrameResult result;
-    for (int k = 1; k <= 3; ++k) REQUIRE(jumped.play(k, false, result, 900'000'000));
-    REQUIRE(result.measurement->points.size() > 5);
-    jumped.pipeline().on_clock_jump();
-    for (int k = 1; k <= 3; ++k) {
-      FrameResult a, b;
-      REQUIRE(jumped.play(k, false, a));
-      REQUIRE(fresh.play(k, false, b));
-      REQUIRE(a.measurement->points.size() == b.measurement->points.size());
-      for (std::size_t i = 0; i < a.measurement->points.size(); ++i)
-        CHECK(a.measurement->points[i].raw_px == b.measurement->points[i].raw_px);
+  TEST_CASE("after a clock jump both kinds of points begin as if nothing had been seen") {
+    for (const bool use_frames : {false, true}) {
+      CAPTURE(use_frames);
+      Rig jumped(use_frames, true);
+      Rig fresh(use_frames, true);
+      FrameResult result;
+      for (int k = 1; k <= 3; ++k) REQUIRE(jumped.play(k, use_frames, result, 900'000'000));
+      REQUIRE(result.measurement->points.size() > 5);
+      jumped.pipeline().on_clock_jump();
+      for (int k = 1; k <= 3; ++k) {
+        FrameResult a, b;
+        REQUIRE(jumped.play(k, use_frames, a));
+        REQUIRE(fresh.play(k, use_frames, b));
+        REQUIRE(a.measurement->points.size() == b.measurement->points.size());
+        for (std::size_t i = 0; i < a.measurement->points.size(); ++i) {
+          CHECK(a.measurement->points[i].raw_px == b.measurement->points[i].raw_px);
+          CHECK(a.measurement->points[i].track_length == b.measurement->points[i].track_length);
+        }
+      }
     }
   }
 }

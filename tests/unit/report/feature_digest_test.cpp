@@ -1,5 +1,6 @@
 #include "src/report/feature_digest.hpp"
 
+#include <cmath>
 #include <string>
 #include <variant>
 
@@ -42,8 +43,24 @@ TEST_SUITE("report.feature_digest") {
     CHECK(frame.tracked[static_cast<std::size_t>(Kind::kImagePoint)] == 1);
     CHECK(frame.tracked[static_cast<std::size_t>(Kind::kEventPoint)] == 1);
     CHECK(frame.used == 1);
+    CHECK(frame.event_points_used == 0);
     CHECK(frame.mean_w == 0.5);
     CHECK_FALSE(digest.labelled);
+  }
+
+  TEST_CASE("temporal weights have a median for each kind of point, of those with evidence") {
+    const FeatureDigest digest = digest_of(std::string(kHeader) +
+                                               "0,1,image_point,10,10,,,0.9,,,3,1\n"
+                                               "0,2,image_point,10,10,,,0.2,,,3,1\n"
+                                               "0,3,image_point,10,10,,,,,,3,1\n"
+                                               "0,4,image_point,10,10,,,0.5,,,3,1\n"
+                                               "0,5,event_point,10,10,,,0.125,,,3,1\n",
+                                           16);
+    REQUIRE(digest.frames.size() == 1);
+    CHECK(digest.frames[0].image_points.still == 0.5);
+    CHECK(digest.frames[0].event_points.still == 0.125);
+    CHECK(std::isnan(digest.frames[0].event_points.moving));  // nobody knows what moves
+    CHECK(digest.frames[0].event_points_used == 1);
   }
 
   TEST_CASE("a weight is counted in its bin, one without evidence in none") {
