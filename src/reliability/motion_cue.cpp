@@ -22,7 +22,7 @@ constexpr double kDoubt = 0.05;
 /// What stands nearer than its surroundings moves by itself more often than they do; so much a
 /// factor e of nearness counts, against a factor e of residual. Surroundings: a Gaussian on the
 /// plane z = 1; nearness is told apart up to the floor's distance, and no more than the limit.
-constexpr double kNearnessWeight = 0.8;
+constexpr double kNearnessWeight = 0.9;
 constexpr double kNearnessRadius = 0.25;
 constexpr double kNearnessFloor_pm = 0.1;
 constexpr double kMostNearness = 1.5;
