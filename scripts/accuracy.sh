@@ -1,7 +1,8 @@
 #!/usr/bin/env bash
 # Accuracy table: replays each recording from several starts and prints the median and the worst.
 #
-#   scripts/accuracy.sh [--starts N] [--step S] [--config FILE] [--jobs N] RECORDING...
+#   scripts/accuracy.sh [--starts N] [--step S] [--config FILE] [--jobs N] [--no-events|--no-frames]
+#                       RECORDING...
 #
 # "ATE % path": ATE in hundredths of the way that was evaluated.
 # A run that never started, or failed, counts as worse than any other ("none").
@@ -22,8 +23,9 @@ while [ $# -gt 0 ]; do
     --starts) starts=${2:?--starts needs a number}; shift 2 ;;
     --step) step=${2:?--step needs seconds}; shift 2 ;;
     --jobs) jobs=${2:?--jobs needs a number}; shift 2 ;;
-    --config) config=(--config "${2:?--config needs a file}"); shift 2 ;;
-    -h|--help) sed -n '2,10s/^# \{0,1\}//p' "$0"; exit 0 ;;
+    --config) config+=(--config "${2:?--config needs a file}"); shift 2 ;;
+    --no-events|--no-frames) config+=("$1"); shift ;;
+    -h|--help) sed -n '2,11s/^# \{0,1\}//p' "$0"; exit 0 ;;
     -*) echo "accuracy.sh: unknown option $1 (see --help)" >&2; exit 2 ;;
     *) recordings+=("$1"); shift ;;
   esac
