@@ -4,6 +4,7 @@
 #   scripts/development_set.sh list                       what it holds: name, seed, world, traffic, light
 #   scripts/development_set.sh make [CHOICE...] [DIR]     makes those that are not there yet
 #   scripts/development_set.sh run  [CHOICE...] [DIR]     replays each and prints its accuracy
+#   scripts/development_set.sh score [CHOICE...] [DIR]    AUC of each temporal score on those where something moves
 #
 # CHOICE: --seeds "1 2"   --worlds "room street"   --levels "none high"   --lights "day night"
 #         --paired: to each with traffic the same world and flight without
@@ -17,12 +18,12 @@ set -euo pipefail
 
 top=$(cd "$(dirname "$0")/.." && pwd)
 program=${PLED_VINS:-$top/build/release/pled-vins}
-usage() { sed -n '2,15s/^# \{0,1\}//p' "$0"; }
+usage() { sed -n '2,16s/^# \{0,1\}//p' "$0"; }
 misused() { echo "development_set.sh: $1 (see --help)" >&2; exit 2; }
 
 job=${1:-}
 case "$job" in
-  list | make | run) shift ;;
+  list | make | run | score) shift ;;
   -h | --help) usage; exit 0 ;;
   '') usage >&2; exit 2 ;;
   *) misused "unknown job '$job'" ;;
@@ -30,6 +31,7 @@ esac
 seeds=$(seq 1 12)
 worlds="room car_park street"
 levels="none low mid high"
+if [ "$job" = score ]; then levels="low mid high"; fi
 lights="day dim night"
 folder=$top/build/development
 paired=0
@@ -99,4 +101,44 @@ if [ "$job" = run ]; then
   recordings=()
   while read -r name _; do recordings+=("$folder/$name"); done <<<"$chosen"
   PLED_VINS=$program exec "$top/scripts/accuracy.sh" --starts "${PLED_STARTS:-3}" --step 0.3 "${recordings[@]}"
+fi
+
+# Lines of `score --json`: one row an object, keys in the order that score prints them.
+if [ "$job" = score ]; then
+  while read -r name _; do echo "$name"; done <<<"$chosen" |
+    xargs -P "$(nproc)" -I{} sh -c '"$1" score "$2/$3" --json >"$2/$3.scores.json" 2>"$2/$3.scores.log" || { cat "$2/$3.scores.log" >&2; exit 1; }' \
+      score "$program" "$folder" {}
+  while read -r name _; do cat "$folder/$name.scores.json"; done <<<"$chosen" | awk -F'"' '
+    /"sequence"/ { sequence = $4 }
+    /"mode"/ { mode = $4 }
+    /"kind"/ { kind = $4 }
+    /"rows"/ { rows = $4 }
+    /"auc"/ {
+      split($3, part, /[:,]/)
+      auc = part[2]
+      if (auc ~ /null/) next
+      key = sequence SUBSEP kind SUBSEP rows
+      if (!(key in seen)) { seen[key] = 1; order[++n] = key }
+      value[key, mode] = auc + 0
+      group = kind SUBSEP rows SUBSEP mode
+      if (!(group in count) || auc + 0 < least[group]) least[group] = auc + 0
+      sum[group] += auc; ++count[group]
+    }
+    END {
+      printf "%-26s %-12s %-7s %7s %7s %7s\n", "AUC of", "points", "rows", "motion", "paper", "count"
+      for (i = 1; i <= n; ++i) {
+        split(order[i], k, SUBSEP)
+        printf "%-26s %-12s %-7s %7.3f %7.3f %7.3f\n", k[1], k[2], k[3],
+          value[order[i], "motion"], value[order[i], "paper"], value[order[i], "count"]
+      }
+      split("image_point event_point", kinds, " "); split("all used common", sets, " ")
+      for (a = 1; a <= 2; ++a) for (b = 1; b <= 3; ++b) {
+        g = kinds[a] SUBSEP sets[b] SUBSEP
+        if (!count[g "motion"]) continue
+        printf "%-26s %-12s %-7s %7.3f %7.3f %7.3f\n", "mean", kinds[a], sets[b],
+          sum[g "motion"] / count[g "motion"], sum[g "paper"] / count[g "paper"], sum[g "count"] / count[g "count"]
+        printf "%-26s %-12s %-7s %7.3f %7.3f %7.3f\n", "least", kinds[a], sets[b],
+          least[g "motion"], least[g "paper"], least[g "count"]
+      }
+    }'
 fi

@@ -37,7 +37,9 @@ class ScoreCommand final : public Command {
            "  pled-vins score recording --rows rows.csv\n\n"
            "The recording must have labels (masks.txt). A point's label is the mask pixel nearest\n"
            "to it. 'all': every point of every frame for which the score has evidence; 'used':\n"
-           "those of them that took part in the solve. AUC 0.5 is a coin; a constant weight has a\n"
+           "those of them that took part in the solve; 'common': those for which every score has\n"
+           "evidence, so that scores compare like with like. AUC 0.5 is a coin; a constant weight "
+           "has a\n"
            "balanced MAE of 0.5; w_ratio is the mean weight at rest over that of what moves.";
   }
 
@@ -92,7 +94,7 @@ class ScoreCommand final : public Command {
   void tell(const ScoreRows& rows) const {
     ordered_json out = ordered_json::array();
     if (!json_)
-      std::printf("%-8s %-12s %-5s %6s %6s %8s %8s %9s %9s\n", "score", "kind", "rows", "AUC",
+      std::printf("%-8s %-12s %-6s %6s %6s %8s %8s %9s %9s\n", "score", "kind", "rows", "AUC",
                   "MAE", "balanced", "w_ratio", "static", "moving");
     for (const ScoreTable& t : rows.tables()) {
       const WeightQuality& q = t.quality;
@@ -100,7 +102,7 @@ class ScoreCommand final : public Command {
         out.push_back({{"sequence", sequence()},
                        {"mode", t.mode},
                        {"kind", t.kind},
-                       {"rows", t.used_only ? "used" : "all"},
+                       {"rows", t.rows},
                        {"auc", json_number(q.auc)},
                        {"mae", json_number(q.mae)},
                        {"mae_balanced", json_number(q.mae_balanced)},
@@ -110,8 +112,8 @@ class ScoreCommand final : public Command {
                        {"n_no_evidence", t.no_evidence}});
         continue;
       }
-      std::printf("%-8s %-12s %-5s %6s %6s %8s %8s %9zu %9zu\n", t.mode.c_str(), t.kind.c_str(),
-                  t.used_only ? "used" : "all", text(q.auc).c_str(), text(q.mae).c_str(),
+      std::printf("%-8s %-12s %-6s %6s %6s %8s %8s %9zu %9zu\n", t.mode.c_str(), t.kind.c_str(),
+                  t.rows.data(), text(q.auc).c_str(), text(q.mae).c_str(),
                   text(q.mae_balanced).c_str(), text(q.w_ratio).c_str(), q.n_static, q.n_dynamic);
     }
     if (json_) std::printf("%s\n", out.dump(1).c_str());

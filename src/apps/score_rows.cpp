@@ -1,5 +1,6 @@
 #include "src/apps/score_rows.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <optional>
 
@@ -101,14 +102,24 @@ void ScoreRows::write(const Row& row, std::int64_t stamp_ns, const PointMeasurem
   csv_ << text.view() << '\n';
 }
 
+bool ScoreRows::belongs(const Row& row, RowSet set) noexcept {
+  const auto known = [](double w) { return !std::isnan(w); };
+  switch (set) {
+    case RowSet::kUsed: return row.used;
+    case RowSet::kCommon: return std::all_of(row.w.begin(), row.w.end(), known);
+    case RowSet::kAll: break;
+  }
+  return true;
+}
+
 std::vector<ScoreTable> ScoreRows::tables() const {
   std::vector<ScoreTable> out;
   for (std::size_t k = 0; k < kTemporalScoreNames.size(); ++k) {
     for (const FeatureKind kind : kKinds) {
-      for (const bool used_only : {false, true}) {
+      for (const auto& [set, set_name] : kRowSetNames) {
         ScoreTable table{std::string(kTemporalScoreNames[k].second),
                          std::string(kind_name(kind)),
-                         used_only,
+                         set_name,
                          {},
                          0};
         std::vector<LabelledWeight> weights;
@@ -116,7 +127,7 @@ std::vector<ScoreTable> ScoreRows::tables() const {
         for (const Row& row : rows_) {
           if (row.kind != kind) continue;
           ++seen;
-          if (used_only && !row.used) continue;
+          if (!belongs(row, set)) continue;
           if (std::isnan(row.w[k])) ++table.no_evidence;
           weights.push_back({row.w[k], row.is_moving});
         }

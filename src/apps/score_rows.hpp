@@ -2,9 +2,12 @@
 
 #include <array>
 #include <cstddef>
+#include <cstdint>
 #include <filesystem>
 #include <fstream>
 #include <string>
+#include <string_view>
+#include <utility>
 #include <vector>
 
 #include "drivers/replay/recording.hpp"
@@ -16,11 +19,20 @@
 
 namespace pled::apps {
 
+/// Which points a table is about.
+enum class RowSet : std::uint8_t {
+  kAll,     ///< all for which the score has evidence
+  kUsed,    ///< those of them that took part in the solve
+  kCommon,  ///< those for which every score has evidence: to compare scores on
+};
+inline constexpr std::array<std::pair<RowSet, std::string_view>, 3> kRowSetNames{
+    {{RowSet::kAll, "all"}, {RowSet::kUsed, "used"}, {RowSet::kCommon, "common"}}};
+
 /// One line of what `score` prints.
 struct ScoreTable {
-  std::string mode;  ///< the temporal score
-  std::string kind;  ///< of feature
-  bool used_only = false;
+  std::string mode;       ///< the temporal score
+  std::string kind;       ///< of feature
+  std::string_view rows;  ///< name of the row set
   WeightQuality quality;
   std::size_t no_evidence = 0;  ///< rows about which the score says nothing; not in `quality`
 };
@@ -37,7 +49,8 @@ class ScoreRows final : public ResultSink {
   [[nodiscard]] bool finish();
 
   [[nodiscard]] std::size_t labelled_frames() const noexcept { return labelled_frames_; }
-  /// For each score and each kind of feature that was seen: all rows, then those used.
+  /// For each score and each kind of feature that was seen: all rows, those used, and
+  /// those that every score has evidence for.
   [[nodiscard]] std::vector<ScoreTable> tables() const;
 
  private:
@@ -48,6 +61,7 @@ class ScoreRows final : public ResultSink {
     std::array<double, 3> w;  ///< in the order of kTemporalScoreNames
   };
 
+  [[nodiscard]] static bool belongs(const Row& row, RowSet set) noexcept;
   void take(const FrameResult& result);
   void write(const Row& row, std::int64_t stamp_ns, const PointMeasurement& point,
              const Eigen::Vector2d& px);

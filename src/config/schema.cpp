@@ -48,8 +48,10 @@ constexpr std::array kSchema{
     ConfigKey{"events.max_points", "", 0, kMaxPoints,
               "event points tracked at once; 0: none (else at least 20)",
               PLED_FIELD(events.max_points)},
-    ConfigKey{"events.corner_min_distance_px", "px", 3, 100,
-              "least distance between two event points", PLED_FIELD(events.corner_min_distance_px)},
+    ConfigKey{
+        "events.corner_min_distance_px", "px", 3, 33,
+        "least distance between two event points at 240 px width; scaled with the width up to 3x",
+        PLED_FIELD(events.corner_min_distance_px)},
     ConfigKey{"events.corner_max_age_ms", "ms", 0.01, 1000,
               "an older event is no candidate for a corner", PLED_FIELD(events.corner_max_age_ms)},
     ConfigKey{"events.corner_max_candidates", "", 1, 8192,

@@ -15,10 +15,6 @@ constexpr double kCrowdedShare = 0.5;
 constexpr double kReferenceWidthPx = 240.0;
 constexpr double kMaxDistanceScale = 3.0;
 
-[[nodiscard]] double scaled_distance_px(const FrontendConfig& config, int width_px) noexcept {
-  return config.min_distance_px * std::clamp(width_px / kReferenceWidthPx, 1.0, kMaxDistanceScale);
-}
-
 /// Upper median of `count` values; 0 when there are none. Reorders them.
 [[nodiscard]] double median(std::array<double, limits::kMaxPoints>& values,
                             std::size_t count) noexcept {
@@ -34,13 +30,17 @@ constexpr double kMaxDistanceScale = 3.0;
 
 }  // namespace
 
+double scaled_distance_px(double distance_px, int width_px) noexcept {
+  return distance_px * std::clamp(width_px / kReferenceWidthPx, 1.0, kMaxDistanceScale);
+}
+
 FrameTracker::FrameTracker(const FrontendConfig& config, const Camera& camera,
                            const FrameTrackerBuffers& buffers, const TrackerRole& role) noexcept
     : config_(config),
       camera_(camera),
       role_(role),
       buffers_(buffers),
-      min_distance_px_(scaled_distance_px(config, camera.calibration().width_px)),
+      min_distance_px_(scaled_distance_px(config.min_distance_px, camera.calibration().width_px)),
       follower_(config, camera, buffers.reference_patches, role.kind),
       motion_(camera.focal_px(), config.ransac_px),
       next_id_(role.kind == FeatureKind::kEventPoint ? kFirstEventPointId : 1) {

@@ -48,23 +48,23 @@ bool carry(const ImuHistory& imu, Timestamp to, const Eigen::Vector3d& gravity,
 
 }  // namespace
 
-bool dead_reckon(const ImuHistory& imu, const NavState& known, double gravity_mps2,
-                 std::span<const Timestamp> times, std::span<Pose> T_world_body) noexcept {
+std::size_t dead_reckon(const ImuHistory& imu, const NavState& known, double gravity_mps2,
+                        std::span<const Timestamp> times, std::span<Pose> T_world_body) noexcept {
   PLED_CHECK(T_world_body.size() >= times.size());
   const Eigen::Vector3d gravity(0.0, 0.0, -gravity_mps2);
   std::size_t newer = 0;  // times after the known state
   while (newer < times.size() && times[newer] > known.t) ++newer;
   NavState x = known;
   for (std::size_t i = newer; i-- > 0;) {
-    if (!carry(imu, times[i], gravity, x)) return false;
+    if (!carry(imu, times[i], gravity, x)) return 0;
     T_world_body[i] = x.T_world_body();
   }
   x = known;
   for (std::size_t i = newer; i < times.size(); ++i) {
-    if (!carry(imu, times[i], gravity, x)) return false;
+    if (!carry(imu, times[i], gravity, x)) return i;
     T_world_body[i] = x.T_world_body();
   }
-  return true;
+  return times.size();
 }
 
 }  // namespace pled

@@ -14,6 +14,12 @@ FrontendConfig tracking_of(const EventConfig& config, FrontendConfig tracking) n
   return tracking;
 }
 
+/// The tracker scales the distance between points by itself.
+EventConfig corners_of(EventConfig config, int width_px) noexcept {
+  config.corner_min_distance_px = scaled_distance_px(config.corner_min_distance_px, width_px);
+  return config;
+}
+
 /// Time surfaces are drawn without the lens, because carrying events takes it away.
 Camera tracking_camera(const EventConfig& config, const Camera& camera) noexcept {
   return config.picture == EventPicture::kTimeSurface ? Camera(rectified(camera.calibration()))
@@ -34,7 +40,7 @@ EventPoints::EventPoints(const EventConfig& config, const FrontendConfig& tracki
       brightness_(config.brightness_decay_ms, camera.calibration().width_px,
                   camera.calibration().height_px, buffers.brightness),
       drawing_(config.surface_decay_ms),
-      detector_(config),
+      detector_(corners_of(config, camera.calibration().width_px)),
       tracker_(tracking_of(config, tracking), tracking_camera(config, camera), buffers.tracker,
                {camera_index, FeatureKind::kEventPoint}) {}
 
@@ -49,17 +55,12 @@ void EventPoints::reset() noexcept {
   tracker_.reset();
 }
 
-void EventPoints::on_events(std::span<const Event> events) noexcept {
-  if (kind_ == EventPicture::kTimeSurface) {
-    surface_.insert(events);
-    return;
-  }
-  while (!events.empty()) {
-    const std::span<const Event> run = events.first(std::min(events.size(), kRun));
-    surface_.insert(run, verdicts_);
-    brightness_.insert(run, verdicts_);
-    events = events.subspan(run.size());
-  }
+std::span<const EventVerdict> EventPoints::on_events(std::span<const Event> events) noexcept {
+  PLED_CHECK(events.size() <= kRun);
+  const std::span<EventVerdict> verdicts = std::span(verdicts_).first(events.size());
+  surface_.insert(events, verdicts);
+  if (kind_ == EventPicture::kBrightness) brightness_.insert(events, verdicts);
+  return verdicts;
 }
 
 Duration EventPoints::reach() const noexcept {

@@ -67,10 +67,25 @@ void EventStage::expect(Timestamp t) noexcept {
 }
 
 void EventStage::on_events(std::span<const Event> events) noexcept {
-  limit_.pass(events, [this](std::span<const Event> run) {
-    if (config_.events.max_points > 0) points_.on_events(run);
-    if (config_.keep_map) scores_.on_events(run, turn_);
+  limit_.pass(events, [this](std::span<const Event> passed) {
+    while (!passed.empty()) {
+      const std::span<const Event> run = passed.first(std::min(passed.size(), EventPoints::kRun));
+      take(run);
+      passed = passed.subspan(run.size());
+    }
   });
+}
+
+/// Points and map get the same events: a hot pixel would look like something that moves.
+void EventStage::take(std::span<const Event> run) noexcept {
+  if (config_.events.max_points == 0 && !config_.keep_map) return;
+  const std::span<const EventVerdict> verdicts = points_.on_events(run);
+  if (!config_.keep_map) return;
+  std::size_t n = 0;
+  for (std::size_t i = 0; i < run.size(); ++i)
+    if (verdicts[i] != EventVerdict::kHot && verdicts[i] != EventVerdict::kDropped)
+      for_map_[n++] = run[i];
+  scores_.on_events(std::span(for_map_).first(n), turn_);
 }
 
 void EventStage::take_slices(Timestamp t_event) noexcept {

@@ -24,11 +24,12 @@ TemporalCues::TemporalCues(const MotionCueConfig& config, const RigCalibration& 
     : rig_(rig),
       read_map_(read_map),
       motion_(config, rig),
-      check_(mean_focal_px(rig.cameras[rig.frame_camera]), kGate_px) {}
+      checks_{MotionCheck(mean_focal_px(rig.cameras[0]), kGate_px),
+              MotionCheck(mean_focal_px(rig.cameras[rig.num_cameras - 1]), kGate_px)} {}
 
 void TemporalCues::reset() noexcept {
   motion_.reset();
-  check_.reset();
+  for (MotionCheck& check : checks_) check.reset();
 }
 
 std::span<const TemporalWeights> TemporalCues::judge(const FrameMeasurement& frame,
@@ -40,12 +41,10 @@ std::span<const TemporalWeights> TemporalCues::judge(const FrameMeasurement& fra
   const std::span<const Timestamp> t{times.data(), times.size()};
   Path path;
   std::size_t poses = 0;
-  if (known && dead_reckon(imu, *known, rig_.imu.gravity_mps2, t, path)) {
-    poses = times.size();
-  } else if (!known) {
-    poses = guess_path(frame, t, imu, gyro_bias_radps, path);
-  }
-  motion_.judge(frame, std::span(path).first(poses), evidence_);
+  if (known) poses = dead_reckon(imu, *known, rig_.imu.gravity_mps2, t, path);
+  const bool metric = poses >= 2;
+  if (!metric) poses = guess_path(frame, t, imu, gyro_bias_radps, path);
+  motion_.judge(frame, std::span(path).first(poses), metric, evidence_);
   const std::span<TemporalWeights> out = std::span(weights_).first(frame.points.size());
   for (std::size_t i = 0; i < out.size(); ++i) {
     out[i] = {};
@@ -84,8 +83,8 @@ std::size_t TemporalCues::guess_path(const FrameMeasurement& frame,
     const Eigen::Quaterniond R_now_then_cam =
         T_body_cam.q.conjugate() * R_then_now->conjugate() * T_body_cam.q;
     const MotionEstimate motion =
-        check_.judge(R_now_then_cam.toRotationMatrix(), std::span(pairs_).first(n),
-                     std::span(verdicts_).first(n));
+        checks_[camera].judge(R_now_then_cam.toRotationMatrix(), std::span(pairs_).first(n),
+                              std::span(verdicts_).first(n));
     const double span_s = (times[0] - times[back]).seconds();
     EpipolarFit fit;
     if (motion.translating)
@@ -111,15 +110,15 @@ std::size_t TemporalCues::guess_path(const FrameMeasurement& frame,
   return 0;
 }
 
-/// Where a point is seen in the event camera: its bearing turned exactly, moved by the baseline as
-/// far as its depth is known, else as if it were infinitely far.
+/// Where a point is seen in the event camera: its bearing turned exactly, moved by the baseline
+/// where its depth in metres is known, else as if it were infinitely far.
 void TemporalCues::read_map(const FrameMeasurement& frame, const EventStage& events) noexcept {
   const Pose T_event_body = rig_.cameras[rig_.event_camera].T_body_cam.inverse();
   for (std::size_t i = 0; i < frame.points.size(); ++i) {
     const PointMeasurement& p = frame.points[i];
     const Pose T = T_event_body * rig_.cameras[p.camera].T_body_cam;
     Eigen::Vector3d ray = T.q * Eigen::Vector3d(p.bearing_xy[0], p.bearing_xy[1], 1.0);
-    if (evidence_[i].frames > 0) ray += evidence_[i].inverse_depth_pm * T.p;
+    if (evidence_[i].depth_known) ray += evidence_[i].inverse_depth_pm * T.p;
     const std::optional<PixelScore> score =
         events.score(ray, ScorePooling::kPixel, ScoreForm::kPaper);
     if (!score) continue;

@@ -232,7 +232,7 @@ void VioPipeline::report_events() noexcept {
   health_.set(Fault::kEventShed, counts.shed);
   health_.set(Fault::kEventHotPixel, surface.hot);
   health_.set(Fault::kEventStampWild, surface.strange_stamp);
-  health_.set(Fault::kEventWithoutTurn, counts.still_pictures);
+  health_.set(Fault::kEventWithoutTurn, counts.still_pictures + counts.without_turn);
   health_.events.dropped = counts.shed + surface.hot + surface.outside + surface.strange_stamp;
   health_.events.used = health_.events.in - health_.events.dropped;
 }

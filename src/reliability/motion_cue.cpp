@@ -22,10 +22,16 @@ constexpr double kDoubt = 0.05;
 /// What stands nearer than its surroundings moves by itself more often than they do; so much a
 /// factor e of nearness counts, against a factor e of residual. Surroundings: a Gaussian on the
 /// plane z = 1; nearness is told apart up to the floor's distance, and no more than the limit.
-constexpr double kNearnessWeight = 0.9;
+constexpr double kNearnessWeight = 1.0;
 constexpr double kNearnessRadius = 0.25;
 constexpr double kNearnessFloor_pm = 0.1;
 constexpr double kMostNearness = 1.5;
+/// Noise of a sight as a share of the residual at which a point is as likely to move as to rest.
+constexpr double kNoiseOfEven = 0.5;
+/// A depth that is known to this (relative to it plus the floor) tells half of what a sure one
+/// does.
+constexpr double kHalfSure = 0.3;
+constexpr double kWellKnown = 1.0 / 3.0;
 
 /// One earlier sight of a point: q = a + rho t is its direction there, x where it was seen.
 struct Sight {
@@ -34,28 +40,37 @@ struct Sight {
   Eigen::Vector2d x;
 };
 
-/// Inverse depth in [0, kMaxInverseDepth] that brings a + rho t closest to the sights, and the sum
-/// of squares left (bearing units). Each step solves the linear problem with the last step's z.
-double best_inverse_depth(std::span<const Sight> sights, double& squares) noexcept {
-  double rho = 0.0;
+struct DepthFit {
+  double rho = 0.0;      ///< inverse depth
+  double squares = 0.0;  ///< left over, bearing units
+  double sigma = 0.0;    ///< of rho, for sights with unit noise in bearing units
+};
+
+/// Inverse depth in [0, kMaxInverseDepth] that brings a + rho t closest to the sights. Each step
+/// solves the linear problem with the last step's z.
+DepthFit best_inverse_depth(std::span<const Sight> sights) noexcept {
+  DepthFit fit;
   for (int step = 0; step < kFitSteps; ++step) {
     double h = 1e-12;
     double g = 0.0;
+    Eigen::Vector2d sum = Eigen::Vector2d::Zero();
     for (const Sight& s : sights) {
-      const double z = std::max(s.a.z() + rho * s.t.z(), kLeastZ);
+      const double z = std::max(s.a.z() + fit.rho * s.t.z(), kLeastZ);
       const Eigen::Vector2d c = (s.t.head<2>() - s.x * s.t.z()) / z;
       const Eigen::Vector2d r = (s.a.head<2>() - s.x * s.a.z()) / z;
       h += c.squaredNorm();
       g -= c.dot(r);
+      sum += c;
     }
-    rho = std::clamp(g / h, 0.0, kMaxInverseDepth);
+    fit.rho = std::clamp(g / h, 0.0, kMaxInverseDepth);
+    // The newest sight's noise is in every difference: covariance I + 1 1^T.
+    fit.sigma = std::sqrt(h + sum.squaredNorm()) / h;
   }
-  squares = 0.0;
   for (const Sight& s : sights) {
-    const Eigen::Vector3d q = s.a + rho * s.t;
-    squares += (q.head<2>() / std::max(q.z(), kLeastZ) - s.x).squaredNorm();
+    const Eigen::Vector3d q = s.a + fit.rho * s.t;
+    fit.squares += (q.head<2>() / std::max(q.z(), kLeastZ) - s.x).squaredNorm();
   }
-  return rho;
+  return fit;
 }
 
 std::optional<std::size_t> find(std::span<const FeatureId> ids, FeatureId id,
@@ -76,28 +91,33 @@ struct Pool {
   std::array<double, limits::kMaxPoints> share{};         ///< of a say; 0 without evidence
 };
 
-/// Adds to each belief how much nearer the point is than what surrounds it.
+/// Adds to each belief how much nearer the point is than what surrounds it, as far as depths are
+/// known: a camera that hovers knows none.
 void add_nearness(std::span<const MotionEvidence> evidence, Pool& pool) noexcept {
   constexpr double narrow = 0.5 / (kNearnessRadius * kNearnessRadius);
   std::array<double, limits::kMaxPoints> nearness{};
+  std::array<double, limits::kMaxPoints> sure{};
   std::array<double, limits::kMaxPoints> weights{};
   std::array<double, limits::kMaxPoints> sums{};
   for (std::size_t i = 0; i < pool.n; ++i) {
     if (evidence[i].frames == 0) continue;
-    nearness[i] = std::log(evidence[i].inverse_depth_pm + kNearnessFloor_pm);
+    const double rho = evidence[i].inverse_depth_pm + kNearnessFloor_pm;
+    const double open = evidence[i].inverse_depth_sigma_pm / (kHalfSure * rho);
+    nearness[i] = std::log(rho);
+    sure[i] = 1.0 / (1.0 + open * open);
     for (std::size_t k = 0; k < i; ++k) {
-      if (evidence[k].frames == 0) continue;
       const double near = std::exp(-narrow * (pool.place[i] - pool.place[k]).squaredNorm());
-      weights[i] += near;
-      weights[k] += near;
-      sums[i] += near * nearness[k];
-      sums[k] += near * nearness[i];
+      weights[i] += sure[k] * near;
+      weights[k] += sure[i] * near;
+      sums[i] += sure[k] * near * nearness[k];
+      sums[k] += sure[i] * near * nearness[i];
     }
   }
   for (std::size_t i = 0; i < pool.n; ++i) {
     if (!(weights[i] > kLeastWeight)) continue;
     const double stands_out = nearness[i] - sums[i] / weights[i];
-    pool.belief[i] += kNearnessWeight * std::clamp(stands_out, -kMostNearness, kMostNearness);
+    pool.belief[i] +=
+        kNearnessWeight * sure[i] * std::clamp(stands_out, -kMostNearness, kMostNearness);
   }
 }
 
@@ -131,11 +151,13 @@ std::optional<Eigen::Vector2d> MotionCue::bearing(FeatureId id, std::size_t back
 void MotionCue::reset() noexcept { num_past_ = 0; }
 
 void MotionCue::judge(const FrameMeasurement& frame, std::span<const Pose> T_world_body,
-                      std::span<MotionEvidence> out) noexcept {
+                      bool metric, std::span<MotionEvidence> out) noexcept {
   PLED_CHECK(out.size() >= frame.points.size());
   for (std::size_t i = 0; i < frame.points.size(); ++i) {
     out[i] = {};
     fit_depth(frame.points[i], i, T_world_body, out[i]);
+    out[i].depth_known =
+        metric && out[i].inverse_depth_sigma_pm < kWellKnown * out[i].inverse_depth_pm;
   }
   pool(frame, out);
   keep(frame);
@@ -162,9 +184,13 @@ void MotionCue::fit_depth(const PointMeasurement& point, std::size_t index,
     sights[n++] = {T_then_now.q * ray, T_then_now.p, {seen[0], seen[1]}};
   }
   if (n == 0) return;
-  double squares = 0.0;
-  out.inverse_depth_pm = best_inverse_depth(std::span(sights).first(n), squares);
-  out.residual_px = mean_focal_px(camera) * std::sqrt(squares / static_cast<double>(n));
+  const DepthFit fit = best_inverse_depth(std::span(sights).first(n));
+  const double focal_px = mean_focal_px(camera);
+  const bool of_events = point.kind == FeatureKind::kEventPoint;
+  const double noise_px = kNoiseOfEven * (of_events ? config_.event_even_px : config_.even_px);
+  out.inverse_depth_pm = fit.rho;
+  out.inverse_depth_sigma_pm = noise_px / focal_px * fit.sigma;
+  out.residual_px = focal_px * std::sqrt(fit.squares / static_cast<double>(n));
   out.frames = static_cast<std::uint8_t>(n);
 }
 
@@ -176,7 +202,7 @@ void MotionCue::pool(const FrameMeasurement& frame, std::span<MotionEvidence> ou
     const PointMeasurement& p = frame.points[i];
     const Pose T = T_cam_body * rig_.cameras[p.camera].T_body_cam;
     Eigen::Vector3d q = T.q * Eigen::Vector3d(p.bearing_xy[0], p.bearing_xy[1], 1.0);
-    if (out[i].frames > 0) q += out[i].inverse_depth_pm * T.p;
+    if (out[i].depth_known) q += out[i].inverse_depth_pm * T.p;
     pool.place[i] = q.head<2>() / std::max(q.z(), kLeastZ);
     if (out[i].frames == 0) continue;
     const double residual = std::clamp(out[i].residual_px, kLeastResidual_px, kMostResidual_px);

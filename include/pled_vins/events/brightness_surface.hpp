@@ -45,8 +45,9 @@ class BrightnessSurface {
   void insert(std::span<const Event> events, std::span<const EventVerdict> verdicts) noexcept;
   void clear() noexcept;
 
-  /// Grey 128 + kGreyPerStep * (L + p e^{-3 dt/tau}) at t_ref, cut off at 0 and 255. `out` has the sensor's size;
-  /// false, untouched, otherwise. To be called at least every half hour, before stamps wrap.
+  /// Grey 128 + kGreyPerStep * (L + p e^{-3 dt/tau}) at t_ref, cut off at 0 and 255. `out` has the
+  /// sensor's size; false, untouched, otherwise. To be called at least every half hour, before
+  /// stamps wrap.
   bool render(Timestamp t_ref, ImageView<std::uint8_t> out) noexcept;
 
   /// Seven steps of 20 % contrast up or down can be told apart.

@@ -64,6 +64,9 @@ struct TrackerRole {
 /// Ids of event points begin here, so that they differ from those of image points.
 inline constexpr FeatureId kFirstEventPointId = 0x8000'0001U;
 
+/// A least distance given for pictures 240 px wide, for others: in proportion, up to three times.
+[[nodiscard]] double scaled_distance_px(double distance_px, int width_px) noexcept;
+
 /// Follows corners through the frames of one camera: Shi-Tomasi corners, spread over the image;
 /// pyramidal Lucas-Kanade that starts where the gyro's rotation takes each point; a last alignment
 /// with the track's first view against drift; a forward-backward check; and the two-point motion

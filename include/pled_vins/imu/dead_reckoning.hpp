@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <span>
 
 #include "pled_vins/core/timestamp.hpp"
@@ -16,12 +17,13 @@ namespace pled {
 /// @param known         state at known.t, with the biases to take off
 /// @param gravity_mps2  magnitude; down is -z of the world
 /// @param times         newest first; on either side of known.t
-/// @param T_world_body  as many as times; poses at them
-/// @returns false, leaving the poses undefined, when the inertial data do not cover the times
-/// (or have a gap there), or more than 512 samples lie between two of them.
-/// Cost: one small step a sample. Trapezoid in rate and in world acceleration.
-[[nodiscard]] bool dead_reckon(const ImuHistory& imu, const NavState& known, double gravity_mps2,
-                               std::span<const Timestamp> times,
-                               std::span<Pose> T_world_body) noexcept;
+/// @param T_world_body  as many as times; poses at the first of them
+/// @returns how many poses are given, newest first: fewer than times, and undefined after them,
+/// when the inertial data do not lead further back (or have a gap there, or more than 512 samples
+/// between two times); none when they do not lead to the times after known.t. Cost: one small step
+/// a sample. Trapezoid in rate and in world acceleration.
+[[nodiscard]] std::size_t dead_reckon(const ImuHistory& imu, const NavState& known,
+                                      double gravity_mps2, std::span<const Timestamp> times,
+                                      std::span<Pose> T_world_body) noexcept;
 
 }  // namespace pled

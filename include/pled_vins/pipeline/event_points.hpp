@@ -38,8 +38,12 @@ class EventPoints {
               std::uint8_t camera_index, const EventWarp& warp,
               const EventPointBuffers& buffers) noexcept;
 
+  /// At most so many events at a time.
+  static constexpr std::size_t kRun = 1024;
+
   /// Events in time order, up to the next observation.
-  void on_events(std::span<const Event> events) noexcept;
+  /// @returns what the surface thinks of each; valid until the next call
+  std::span<const EventVerdict> on_events(std::span<const Event> events) noexcept;
 
   /// How long before an observation its events need slices that carry them to it; nothing for a
   /// picture that needs none.
@@ -63,8 +67,6 @@ class EventPoints {
   [[nodiscard]] SurfaceCounts counts() const noexcept { return surface_.counts(); }
 
  private:
-  static constexpr std::size_t kRun = 1024;
-
   [[nodiscard]] ImageView<std::uint8_t> view() const noexcept;
   void draw(const TurnSlices& slices) noexcept;
   void find_corners(const TurnSlices& slices,

@@ -113,6 +113,7 @@ class EventStage {
   [[nodiscard]] EventStageCounts counts() const noexcept;
 
  private:
+  void take(std::span<const Event> run) noexcept;
   void take_slices(Timestamp t_event) noexcept;
 
   EventStageConfig config_;
@@ -128,6 +129,7 @@ class EventStage {
   RateLimit limit_;
   EventPoints points_;
   EventScores scores_;
+  std::array<Event, EventPoints::kRun> for_map_{};
   std::uint64_t still_pictures_ = 0;
 };
 

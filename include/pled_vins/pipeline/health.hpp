@@ -18,7 +18,7 @@ enum class Fault : std::uint8_t {
   kEventStampWild,      ///< far from the stamps before it
   kEventHotPixel,       ///< from a pixel that fires faster than any scene makes it
   kEventShed,           ///< beyond the highest rate that is looked at
-  kEventWithoutTurn,    ///< observations whose events nobody could compensate: no gyro
+  kEventWithoutTurn,    ///< time surfaces drawn, or events left out of the map, without gyro
   kFrameWithoutEvents,  ///< played after the event stream had ended
   kImuGap,
   kImuDuplicate,

@@ -64,7 +64,7 @@ class TemporalCues {
   RigCalibration rig_;
   bool read_map_;
   MotionCue motion_;
-  MotionCheck check_;
+  std::array<MotionCheck, limits::kMaxCameras> checks_;  ///< by camera
   std::array<BearingPair, limits::kMaxPoints> pairs_{};
   std::array<MotionVerdict, limits::kMaxPoints> verdicts_{};
   std::array<MotionEvidence, limits::kMaxPoints> evidence_{};

@@ -3,6 +3,7 @@
 #include <cstdint>
 
 #include "pled_vins/core/config_issue.hpp"
+#include "pled_vins/core/limits.hpp"
 
 namespace pled {
 
@@ -34,6 +35,12 @@ struct ReliabilityConfig {
     return {"reliability.anchor_shift_px", "must be in [1, 16]"};
   if (!(c.anchor_age_ms >= 50 && c.anchor_age_ms <= 900))
     return {"reliability.anchor_age_ms", "must be in [50, 900]"};
+  // Both anchors must lie within the second over which the camera's turning is kept.
+  const double oldest_anchor_ms =
+      c.anchor_age_ms + 1e-3 * c.bin_us * static_cast<double>(limits::kTimeBins + 1);
+  if (!(oldest_anchor_ms < 1000.0))
+    return {"reliability.anchor_age_ms",
+            "must leave room for nine bins within a second: make it or reliability.bin_us smaller"};
   return {};
 }
 static_assert(check(ReliabilityConfig{}).key == nullptr, "defaults must be valid");

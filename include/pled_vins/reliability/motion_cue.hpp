@@ -26,7 +26,10 @@ struct MotionEvidence {
   /// kNoEvidence for a point not seen before.
   double residual_px = kNoEvidence;
   double inverse_depth_pm = kNoEvidence;  ///< that depth, 1/m, >= 0; with residual_px
-  std::uint8_t frames = 0;                ///< earlier frames behind it
+  /// What noise of the sights leaves open of it, one sigma; with residual_px.
+  double inverse_depth_sigma_pm = kNoEvidence;
+  bool depth_known = false;  ///< in metres, and to a third
+  std::uint8_t frames = 0;   ///< earlier frames behind it
 };
 
 /// Tells points that move by themselves from those at rest, by their tracks of the last few tenths
@@ -66,8 +69,9 @@ class MotionCue {
   /// Evidence for each point of `frame`; then keeps the frame for later ones.
   /// @param T_world_body  poses at times(frame.t), or fewer: then only those frames count. Empty:
   ///        nothing is known, and no point gets evidence
+  /// @param metric  false: those poses are right up to scale only
   /// @param out  as many as frame.points
-  void judge(const FrameMeasurement& frame, std::span<const Pose> T_world_body,
+  void judge(const FrameMeasurement& frame, std::span<const Pose> T_world_body, bool metric,
              std::span<MotionEvidence> out) noexcept;
 
   /// Forgets all frames.

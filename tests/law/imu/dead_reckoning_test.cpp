@@ -60,7 +60,7 @@ TEST_SUITE("imu.dead_reckoning") {
                                          Timestamp{402'500}, Timestamp{201'000}};
     std::array<Pose, 5> path;
     for (Pose& pose : path) pose.p.setConstant(std::nan(""));
-    REQUIRE(dead_reckon(h.imu, known, kGravity, times, path));
+    REQUIRE(dead_reckon(h.imu, known, kGravity, times, path) == times.size());
     for (std::size_t k = 0; k < times.size(); ++k) {
       CAPTURE(k);
       const NavState truth = h.ride.at(times[k]);
@@ -75,11 +75,11 @@ TEST_SUITE("imu.dead_reckoning") {
     const NavState known = h.ride.at({500'000});
     std::array<Pose, 2> path;
     REQUIRE(dead_reckon(h.imu, known, kGravity, std::array{Timestamp{700'000}, Timestamp{600'000}},
-                        path));
+                        path) == 2);
     CHECK((path[0].p - h.ride.at({700'000}).p_wb).norm() < 5e-5);
     CHECK((path[1].p - h.ride.at({600'000}).p_wb).norm() < 5e-5);
     REQUIRE(dead_reckon(h.imu, known, kGravity, std::array{Timestamp{400'000}, Timestamp{300'000}},
-                        path));
+                        path) == 2);
     CHECK((path[0].p - h.ride.at({400'000}).p_wb).norm() < 5e-5);
     CHECK((path[1].p - h.ride.at({300'000}).p_wb).norm() < 5e-5);
   }
@@ -87,9 +87,15 @@ TEST_SUITE("imu.dead_reckoning") {
   TEST_CASE("a hole in the data, or time without data, gives no path") {
     const History h(300'000, 400'000);
     const NavState known = h.ride.at({500'000});
-    std::array<Pose, 1> path;
-    CHECK(dead_reckon(h.imu, known, kGravity, std::array{Timestamp{420'000}}, path));
-    CHECK_FALSE(dead_reckon(h.imu, known, kGravity, std::array{Timestamp{250'000}}, path));
-    CHECK_FALSE(dead_reckon(h.imu, known, kGravity, std::array{Timestamp{1'200'000}}, path));
+    const auto reached = [&](auto... t_us) {
+      std::array<Pose, sizeof...(t_us)> path;
+      const std::array times{Timestamp{t_us}...};
+      return dead_reckon(h.imu, known, kGravity, times, path);
+    };
+    CHECK(reached(420'000) == 1);
+    CHECK(reached(250'000) == 0);
+    CHECK(reached(1'200'000) == 0);
+    CHECK(reached(1'200'000, 450'000) == 0);  // the newest is missing: nothing can be told
+    CHECK(reached(550'000, 450'000, 420'000, 250'000, 240'000) == 3);
   }
 }

@@ -1,5 +1,6 @@
 // What `score` prints, against the same figures counted by hand from the rows that it exports.
 
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <filesystem>
@@ -56,11 +57,15 @@ struct Figures {
 };
 
 Figures figures_of(const std::vector<Row>& rows, const std::string& mode, const std::string& kind,
-                   bool used_only) {
+                   const std::string& set) {
   std::vector<double> still, moving;
   for (const Row& row : rows) {
     const double w = row.w.at(mode);
-    if (row.kind != kind || (used_only && !row.used) || std::isnan(w)) continue;
+    const bool in_all = std::none_of(row.w.begin(), row.w.end(),
+                                     [](const auto& named) { return std::isnan(named.second); });
+    if (row.kind != kind || std::isnan(w) || (set == "used" && !row.used) ||
+        (set == "common" && !in_all))
+      continue;
     (row.moving ? moving : still).push_back(w);
   }
   Figures f{.n_static = still.size(), .n_dynamic = moving.size()};
@@ -133,13 +138,13 @@ const Scored& scored() {
 }
 
 TEST_SUITE("apps.score") {
-  TEST_CASE("there is a row for each score and kind of point, over all rows and over used ones") {
+  TEST_CASE("there is a row for each score and kind of point, over all rows, used ones and common ones") {
     const json& tables = scored().tables;
     REQUIRE(tables.is_array());
     std::set<std::string> expected, seen;
     for (const char* mode : {"motion", "paper", "count"})
       for (const char* kind : {"image_point", "event_point"})
-        for (const char* rows : {"all", "used"})
+        for (const char* rows : {"all", "used", "common"})
           expected.insert(std::string(mode) + " " + kind + " " + rows);
     for (const json& t : tables) {
       for (const char* key : {"sequence", "mode", "kind", "rows", "auc", "mae", "mae_balanced",
@@ -158,7 +163,7 @@ TEST_SUITE("apps.score") {
     for (const json& t : scored().tables) {
       CAPTURE(t.dump());
       const Figures f =
-          figures_of(scored().rows, t["mode"], t["kind"], t["rows"].get<std::string>() == "used");
+          figures_of(scored().rows, t["mode"], t["kind"], t["rows"]);
       CHECK(t["n_static"] == f.n_static);
       CHECK(t["n_dynamic"] == f.n_dynamic);
       check_figure(t["auc"], f.auc);

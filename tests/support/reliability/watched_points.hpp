@@ -69,8 +69,8 @@ class WatchedPoints {
     }
     path_.insert(path_.begin(), T_world_body);
     const std::size_t known = std::min(poses, cue_.times(frame.t).size());
-    out_.fill({-1.0, -1.0, -1.0, 99});  // judge() must write all
-    cue_.judge(frame, std::span(path_).first(known), out_);
+    out_.fill({-1.0, -1.0, -1.0, -1.0, true, 99});  // judge() must write all
+    cue_.judge(frame, std::span(path_).first(known), true, out_);
     ++frames_;
     return std::span(out_).first(sightings.size());
   }
