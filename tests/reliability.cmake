@@ -1,6 +1,7 @@
 pled_add_tests(test_reliability
   SOURCES unit/reliability/bin_counters_test.cpp
           unit/reliability/motion_cue_test.cpp
+          unit/reliability/nearness_test.cpp
   DEPS pled::reliability)
 pled_add_tests(test_reliability_law LABEL law
   SOURCES law/reliability/anchored_map_test.cpp

@@ -49,7 +49,7 @@ constexpr std::array kSchema{
               "event points tracked at once; 0: none (else at least 20)",
               PLED_FIELD(events.max_points)},
     ConfigKey{
-        "events.corner_min_distance_px", "px", 3, 33,
+        "events.corner_min_distance_px", "px", 3, 100,
         "least distance between two event points at 240 px width; scaled with the width up to 3x",
         PLED_FIELD(events.corner_min_distance_px)},
     ConfigKey{"events.corner_max_age_ms", "ms", 0.01, 1000,
@@ -78,7 +78,7 @@ constexpr std::array kSchema{
     ConfigKey{"reliability.score", "", 0, 0,
               "what tells moving points: motion, paper (entropy-recency) or count (of events)",
               PLED_FIELD(reliability.score)},
-    ConfigKey{"reliability.bin_us", "us", 256, 65536,
+    ConfigKey{"reliability.bin_us", "us", 256, 32768,
               "one of the 8 time bins of the entropy-recency map", PLED_FIELD(reliability.bin_us)},
     ConfigKey{"reliability.recency_alpha", "", 0.1, 10, "alpha of the recency weights",
               PLED_FIELD(reliability.recency_alpha)},

@@ -14,9 +14,12 @@ FrontendConfig tracking_of(const EventConfig& config, FrontendConfig tracking) n
   return tracking;
 }
 
-/// The tracker scales the distance between points by itself.
+constexpr double kMostCornerDistance_px = 100.0;
+
+/// The tracker scales the distance between points by itself, and has the last word.
 EventConfig corners_of(EventConfig config, int width_px) noexcept {
-  config.corner_min_distance_px = scaled_distance_px(config.corner_min_distance_px, width_px);
+  config.corner_min_distance_px =
+      std::min(kMostCornerDistance_px, scaled_distance_px(config.corner_min_distance_px, width_px));
   return config;
 }
 

@@ -28,7 +28,7 @@ struct EventConfig {
   /// eta of the time surface, 1 to 500 ms. Paper, eq. (1).
   double surface_decay_ms = 20.0;
   int max_points = 30;  ///< event points followed at once; 0: none
-  /// Between event corners, 3 to 33, at 240 px width; scaled by width / 240 up to 3x
+  /// Between event corners, 3 to 100, at 240 px width; scaled by width / 240 up to 3x
   double corner_min_distance_px = 10.0;
   /// An older event is no candidate. Ours. At high rates corner_max_candidates ends the scan first.
   double corner_max_age_ms = 30.0;
@@ -53,8 +53,8 @@ struct EventConfig {
     return {"events.surface_decay_ms", "must be in [1, 500]"};
   if (!(c.max_points == 0 || (c.max_points >= 20 && c.max_points <= 150)))
     return {"events.max_points", "must be 0 or in [20, 150]"};
-  if (!(c.corner_min_distance_px >= 3 && c.corner_min_distance_px <= 33))
-    return {"events.corner_min_distance_px", "must be in [3, 33]"};
+  if (!(c.corner_min_distance_px >= 3 && c.corner_min_distance_px <= 100))
+    return {"events.corner_min_distance_px", "must be in [3, 100]"};
   if (!(c.corner_max_age_ms >= 0.01 && c.corner_max_age_ms <= 1000))
     return {"events.corner_max_age_ms", "must be in [0.01, 1000]"};
   if (!(c.corner_max_candidates >= 1 && c.corner_max_candidates <= 8192))

@@ -18,7 +18,7 @@ enum class TemporalScore : std::uint8_t {
 struct ReliabilityConfig {
   /// Which temporal score is given out. Default: what tells moving points best, see MotionCue.
   TemporalScore score = TemporalScore::kMotion;
-  /// Length of a time bin, 256 ... 65536. Ours: 8 x 4.096 ms; the paper gives no window.
+  /// Length of a time bin, 256 ... 32768. Ours: 8 x 4.096 ms; the paper gives no window.
   int bin_us = 4096;
   double recency_alpha = 2.0;  ///< alpha of eq. (4), 0.1 ... 10. Paper, section IV-A
   /// How far the picture may turn before the map moves on to a new orientation, 1 ... 16
@@ -27,8 +27,8 @@ struct ReliabilityConfig {
 };
 
 [[nodiscard]] constexpr ConfigIssue check(const ReliabilityConfig& c) noexcept {
-  if (!(c.bin_us >= 256 && c.bin_us <= 65536))
-    return {"reliability.bin_us", "must be in [256, 65536]"};
+  if (!(c.bin_us >= 256 && c.bin_us <= 32768))
+    return {"reliability.bin_us", "must be in [256, 32768]"};
   if (!(c.recency_alpha >= 0.1 && c.recency_alpha <= 10))
     return {"reliability.recency_alpha", "must be in [0.1, 10]"};
   if (!(c.anchor_shift_px >= 1 && c.anchor_shift_px <= 16))

@@ -311,7 +311,9 @@ TEST_SUITE("apps.replay_bad_events") {
       for (const Event& e : clean_events()) text += event_line(seconds(e) + offset_s, e);
       recording.write("events.txt", text);
       const json report = report_of(recording, more);
-      CHECK(report["faults"].empty());
+      json faults = report["faults"];
+      faults.erase("event_without_turn");  // those before the first inertial sample: no map of them
+      CHECK_MESSAGE(faults.empty(), faults.dump());
       std::vector<std::string> rows;  // without their stamps
       for (const char* file : {kTrajectory, "features.csv"})
         for (const std::string& line : lines_of(recording.out() / file))
