@@ -56,10 +56,20 @@ void EventPoints::on_events(std::span<const Event> events) noexcept {
   }
   while (!events.empty()) {
     const std::span<const Event> run = events.first(std::min(events.size(), kRun));
+    const std::uint64_t restarts = surface_.counts().restarts;
     surface_.insert(run, verdicts_);
+    if (surface_.counts().restarts != restarts) forget_before_restart(run.size());
     brightness_.insert(run, verdicts_);
     events = events.subspan(run.size());
   }
+}
+
+/// The active surface has begun anew in the middle of a run of events, behind some that it dropped.
+void EventPoints::forget_before_restart(std::size_t run) noexcept {
+  brightness_.clear();
+  const std::span<EventVerdict> told = std::span(verdicts_).first(run);
+  const auto last_dropped = std::find(told.rbegin(), told.rend(), EventVerdict::kDropped);
+  std::fill(told.begin(), last_dropped.base(), EventVerdict::kDropped);
 }
 
 Duration EventPoints::reach() const noexcept {
