@@ -38,17 +38,15 @@ DecodeStep Aedat4EventDecoder::decode(std::span<const std::byte> bytes,
 std::size_t Aedat4EventDecoder::take(std::span<const std::byte> record, Event* out) noexcept {
   const std::optional<Event> event = parse(record);
   if (!event) return 0;
-  if (has_time_ && event->t.us - last_us_ <= kMaxStep_us) {
+  if (clock_.has_time() && event->t.us - clock_.last_us() <= kMaxStep_us) {
     if (waiting_) ++faults_.malformed;
     waiting_.reset();
-    out[0] = held(*event);
+    out[0] = clock_.held(*event, faults_);
     return 1;
   }
   if (waiting_ && std::llabs(event->t.us - waiting_->t.us) <= kMaxStep_us) {
-    has_time_ = true;
-    last_us_ = waiting_->t.us;
-    out[0] = *waiting_;
-    out[1] = held(*event);
+    out[0] = clock_.held(*waiting_, faults_);
+    out[1] = clock_.held(*event, faults_);
     waiting_.reset();
     return 2;
   }
@@ -77,15 +75,6 @@ std::optional<Event> Aedat4EventDecoder::parse(std::span<const std::byte> record
                static_cast<std::uint16_t>(x),
                static_cast<std::uint16_t>(y),
                polarity == 1 ? Polarity::kOn : Polarity::kOff};
-}
-
-Event Aedat4EventDecoder::held(Event event) noexcept {
-  if (event.t.us < last_us_) {
-    ++faults_.time_backwards;
-    event.t.us = last_us_;
-  }
-  last_us_ = event.t.us;
-  return event;
 }
 
 void Aedat4EventDecoder::resynchronise() noexcept {

@@ -100,24 +100,14 @@ std::size_t TextEventDecoder::take(const Event& event, Event* out) noexcept {
     if (leaps(waiting_->t.us, event.t.us))
       ++faults_.malformed;
     else
-      out[events++] = held(*waiting_);
+      out[events++] = clock_.held(*waiting_, faults_);
     waiting_.reset();
   }
-  if (has_time_ && leaps(event.t.us, last_us_))
+  if (clock_.has_time() && leaps(event.t.us, clock_.last_us()))
     waiting_ = event;
   else
-    out[events++] = held(event);
+    out[events++] = clock_.held(event, faults_);
   return events;
-}
-
-Event TextEventDecoder::held(Event event) noexcept {
-  if (has_time_ && event.t.us < last_us_) {
-    ++faults_.time_backwards;
-    event.t.us = last_us_;
-  }
-  has_time_ = true;
-  last_us_ = event.t.us;
-  return event;
 }
 
 void TextEventDecoder::resynchronise() noexcept {

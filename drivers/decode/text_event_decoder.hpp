@@ -7,6 +7,7 @@
 #include <span>
 #include <string_view>
 
+#include "drivers/decode/event_clock.hpp"
 #include "pled_vins/hal/event_source.hpp"
 
 namespace pled {
@@ -17,7 +18,7 @@ namespace pled {
 /// counted in `malformed`. Lines end with \n or \r\n; the last line needs its
 /// end as well (RawFileSource supplies a missing one).
 ///
-/// A stamp that goes back is held at the last one and counted. Ours: one more than kMaxStep_us
+/// Stamps that go back are EventClock's to judge. Ours: one more than kMaxStep_us
 /// ahead of the last waits for the next event and is malformed when that does not go on from it,
 /// so that one damaged line cannot hold all that follow. At the end of the stream it counts in
 /// `before_sync`.
@@ -38,7 +39,6 @@ class TextEventDecoder final : public EventDecoder {
  private:
   [[nodiscard]] std::optional<Event> parse(std::string_view line) noexcept;
   [[nodiscard]] std::size_t take(const Event& event, Event* out) noexcept;
-  [[nodiscard]] Event held(Event event) noexcept;
   void keep(std::string_view part) noexcept;
 
   std::uint32_t width_px_;
@@ -47,8 +47,7 @@ class TextEventDecoder final : public EventDecoder {
   std::size_t partial_size_ = 0;
   bool too_long_ = false;     ///< the line that began outgrew `partial_`
   bool skip_to_end_ = false;  ///< bytes were lost: the rest of this line is no whole line
-  bool has_time_ = false;
-  std::int64_t last_us_ = 0;
+  EventClock clock_;
   std::optional<Event> waiting_;  ///< its stamp leapt ahead of the last
   DecoderFaults faults_;
 };

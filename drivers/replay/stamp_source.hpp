@@ -13,7 +13,7 @@ namespace pled::replay {
 /// events alone.
 class StampSource final : public FrameSource {
  public:
-  /// @param stamps_ns  rising
+  /// @param stamps_ns  rising, but where a clock was set
   explicit StampSource(std::vector<std::int64_t> stamps_ns) : stamps_ns_(std::move(stamps_ns)) {}
 
   /// Times from the first to the last, `rate_hz` of them a second.

@@ -9,6 +9,7 @@
 
 #include "drivers/replay/stamp_source.hpp"
 #include "pled_vins/config/calibration.hpp"
+#include "pled_vins/pipeline/stamp_guard.hpp"
 #include "src/apps/problems.hpp"
 #include "src/apps/recording_clocks.hpp"
 #include "src/apps/recording_sizes.hpp"
@@ -32,24 +33,38 @@ std::optional<RigCalibration> calibration(const std::string& recording, const Ap
   return calibration.rig;
 }
 
+/// Regular times while inertial data go on; from a clock that was set they begin anew. Wild stamps
+/// count for nothing, so there are never more than the samples span.
+std::vector<std::int64_t> regular_times_ns(replay::RecordedImuSource& imu) {
+  constexpr int kNeeded = 20;
+  StampGuard guard(kNeeded);
+  std::vector<std::int64_t> stamps_ns;
+  std::optional<Timestamp> first;
+  const auto add_until = [&](Timestamp last) {
+    const auto more =
+        replay::StampSource::regular(first->us * 1000, last.us * 1000, kObservationRate_hz);
+    stamps_ns.insert(stamps_ns.end(), more.begin(), more.end());
+  };
+  for (;;) {
+    const Result<ImuSample> sample = imu.read(Duration{});
+    if (!sample.ok() && sample.error().code == ErrorCode::kBadNumber) continue;
+    if (!sample.ok()) break;
+    const std::optional<Timestamp> before = guard.last();
+    const StampGuard::Verdict verdict = guard.judge(sample.value().t);
+    if (verdict == StampGuard::Verdict::kJumped) add_until(*before);
+    if (!first || verdict == StampGuard::Verdict::kJumped) first = sample.value().t;
+  }
+  if (first) add_until(*guard.last());
+  return stamps_ns;
+}
+
 /// Times of the observations: the frames' stamps, else regular ones while there are inertial data.
 std::vector<std::int64_t> observation_times_ns(const replay::Recording& recording,
                                                replay::Problems& problems) {
   std::vector<std::int64_t> stamps_ns = recording.frame_stamps_ns();
   if (!stamps_ns.empty()) return stamps_ns;
   auto imu = recording.open_imu(problems);
-  if (!imu.ok()) return {};
-  std::optional<Timestamp> first;
-  Timestamp last;
-  for (;;) {
-    const Result<ImuSample> sample = imu.value()->read(Duration{});
-    if (!sample.ok() && sample.error().code == ErrorCode::kBadNumber) continue;
-    if (!sample.ok()) break;
-    if (!first) first = last = sample.value().t;
-    last = std::max(last, sample.value().t);
-  }
-  if (!first) return {};
-  return replay::StampSource::regular(first->us * 1000, last.us * 1000, kObservationRate_hz);
+  return imu.ok() ? regular_times_ns(*imu.value()) : stamps_ns;
 }
 
 std::optional<Streams> open_streams(const replay::Recording& recording, const PlayOptions& options,

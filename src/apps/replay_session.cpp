@@ -9,18 +9,11 @@
 #include "src/apps/output_report.hpp"
 #include "src/apps/replay_output.hpp"
 #include "src/apps/replay_summary.hpp"
+#include "src/apps/run_problems.hpp"
 #include "src/apps/text.hpp"
 
 namespace pled::apps {
 namespace {
-
-/// What the counts of report.json cannot say: where to look.
-void tell_last_faults(const Streams& streams) {
-  const std::string_view frames =
-      streams.frame_file != nullptr ? streams.frame_file->last_message() : std::string_view{};
-  for (const std::string_view words : {frames, streams.imu->last_message()})
-    if (!words.empty()) print_note("last fault: " + std::string(words));
-}
 
 /// Makes the output folder ready and leaves in it what the run is done with. The page
 /// of an earlier run goes too: it would speak of results that are no longer there.
@@ -58,10 +51,7 @@ bool run_replay(const ReplayOptions& options) {
   const RunEnd end = parts.runner->run(streams.sources(), opened->span(), output);
   meters.stop();
   progress.finish();
-  tell_last_faults(streams);
-  if (streams.events && parts.health->events.in == 0)
-    print_note(opened->recording.files().events +
-               " gave not one event in the time that was played");
+  tell_stream_faults(*opened, *parts.health);
   const replay::FrameFaults frame_faults =
       streams.frame_file != nullptr ? streams.frame_file->faults() : replay::FrameFaults{};
   return finish_replay({options, opened->recording, opened->observations, *opened->sensor, parts,

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "src/apps/output_report.hpp"
+#include "src/apps/run_problems.hpp"
 #include "src/apps/text.hpp"
 #include "src/apps/version.hpp"
 
@@ -117,20 +118,6 @@ ReplayReport make_report(const ReplayFacts& facts, const ReplayOutput& output) {
   for (const std::int64_t stamp_ns : output.resets_ns())
     report.reset_stamps_s.push_back(static_cast<double>(stamp_ns) * 1e-9);
   return report;
-}
-
-bool tell_failures(const RunEnd& end) {
-  const auto tell = [](const std::optional<Error>& failure, const char* stream) {
-    if (!failure) return true;
-    print_error(std::string("reading the ") + stream +
-                " failed before the end: " + std::string(to_string(failure->code)) +
-                "; the results hold everything up to there");
-    return false;
-  };
-  const bool imu = tell(end.imu_failure, "inertial data");
-  const bool events = tell(end.event_failure, "events");
-  const bool frames = tell(end.frame_failure, "frames");
-  return imu && events && frames;
 }
 
 void tell_time_shift(const ReplayFacts& facts) {

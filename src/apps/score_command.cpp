@@ -14,7 +14,9 @@
 #include "src/apps/commands.hpp"
 #include "src/apps/json_number.hpp"
 #include "src/apps/opened_recording.hpp"
+#include "src/apps/problems.hpp"
 #include "src/apps/progress.hpp"
+#include "src/apps/run_problems.hpp"
 #include "src/apps/score_rows.hpp"
 #include "src/apps/stream_options.hpp"
 #include "src/apps/text.hpp"
@@ -55,12 +57,7 @@ class ScoreCommand final : public Command {
     play_.all_scores = true;
     std::optional<OpenedRecording> opened = open_recording(play_);
     if (!opened) return ExitCode::kFailed;
-    if (!opened->recording.has(replay::Stream::kMasks)) {
-      print_error(play_.recording +
-                  " has no labels: masks.txt must list an image for each frame, 255 where "
-                  "something moves (pled-vins simulate writes them)");
-      return ExitCode::kFailed;
-    }
+    if (!has_labels(opened->recording)) return ExitCode::kFailed;
     const std::unique_ptr<WindowSolver> solver = make_ceres_solver();
     const EstimatorParts parts = opened->build(*solver);
     Progress progress = Progress::on_stderr(opened->played_s());
@@ -71,6 +68,8 @@ class ScoreCommand final : public Command {
     }
     const RunEnd end = parts.runner->run(opened->streams.sources(), opened->span(), rows);
     progress.finish();
+    tell_stream_faults(*opened, *parts.health);
+    const bool read_all = tell_failures(end);
     if (!rows.finish()) {
       print_error("cannot write " + rows_file_);
       return ExitCode::kFailed;
@@ -80,11 +79,24 @@ class ScoreCommand final : public Command {
       return ExitCode::kFailed;
     }
     tell(rows);
-    return end.frame_failure || end.imu_failure || end.event_failure ? ExitCode::kFailed
-                                                                     : ExitCode::kDone;
+    return read_all ? ExitCode::kDone : ExitCode::kFailed;
   }
 
  private:
+  /// Before anything is played: whether there are labels that can be read, else why not.
+  [[nodiscard]] bool has_labels(const replay::Recording& recording) const {
+    if (!recording.has(replay::Stream::kMasks)) {
+      print_error(play_.recording +
+                  " has no labels: masks.txt must list an image for each frame, 255 where "
+                  "something moves (pled-vins simulate writes them)");
+      return false;
+    }
+    replay::Problems problems;
+    const bool can_be_read = recording.open_masks(1, problems).ok();
+    print_problems(problems);
+    return can_be_read;
+  }
+
   [[nodiscard]] std::string sequence() const {
     std::filesystem::path path = std::filesystem::path(play_.recording).lexically_normal();
     if (!path.has_filename()) path = path.parent_path();

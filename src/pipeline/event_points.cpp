@@ -61,9 +61,19 @@ void EventPoints::reset() noexcept {
 std::span<const EventVerdict> EventPoints::on_events(std::span<const Event> events) noexcept {
   PLED_CHECK(events.size() <= kRun);
   const std::span<EventVerdict> verdicts = std::span(verdicts_).first(events.size());
+  const std::uint64_t restarts = surface_.counts().restarts;
   surface_.insert(events, verdicts);
+  if (surface_.counts().restarts != restarts) forget_before_restart(events.size());
   if (kind_ == EventPicture::kBrightness) brightness_.insert(events, verdicts);
   return verdicts;
+}
+
+/// The active surface has begun anew in the middle of a run of events, behind some that it dropped.
+void EventPoints::forget_before_restart(std::size_t run) noexcept {
+  brightness_.clear();
+  const std::span<EventVerdict> told = std::span(verdicts_).first(run);
+  const auto last_dropped = std::find(told.rbegin(), told.rend(), EventVerdict::kDropped);
+  std::fill(told.begin(), last_dropped.base(), EventVerdict::kDropped);
 }
 
 Duration EventPoints::reach() const noexcept {

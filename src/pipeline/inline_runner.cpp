@@ -88,7 +88,7 @@ bool InlineRunner::stamp_holds(const ImuSample& sample, Timestamp until) noexcep
     return false;
   }
   if (verdict == StampGuard::Verdict::kJumped) {
-    newest_imu_ = Timestamp{INT64_MIN};
+    newest_imu_ = imu_from_ = Timestamp{INT64_MIN};
     pipeline_.on_clock_jump();
   }
   return true;
@@ -167,9 +167,12 @@ bool InlineRunner::read_imu(ImuSample& sample) noexcept {
 void InlineRunner::feed_imu(Timestamp until) noexcept {
   ImuSample sample;
   while (newest_imu_ < until && read_imu(sample)) {
+    const Timestamp before = newest_imu_;
     if (!stamp_holds(sample, until) || sample.t < imu_from_) continue;
     newest_imu_ = std::max(newest_imu_, sample.t);
     pipeline_.on_imu(sample);
+    // Set back: no later sample reaches this frame. The next may be on the new clock as well.
+    if (newest_imu_ < before) return;
   }
 }
 

@@ -56,6 +56,7 @@ fs::path make_recording(RecordingCopy::Scene scene) {
   const fs::path folder = run_folder().next() / "recording";
   sim::SimulationOptions options = sim::preset("test").value();
   options.duration_s = 2.5;
+  options.text_events = scene == RecordingCopy::Scene::kTextEvents;
   if (scene == RecordingCopy::Scene::kWithMovers) options.moving = sim::MovingLevel::kHigh;
   options.frames.blur_samples = 3;
   options.events.threshold = 0.6;

@@ -28,7 +28,7 @@ struct Outcome {
 /// changes them. Removed with the object.
 class RecordingCopy {
  public:
-  enum class Scene : std::uint8_t { kStill, kWithMovers };
+  enum class Scene : std::uint8_t { kStill, kWithMovers, kTextEvents };  ///< last: still
 
   explicit RecordingCopy(Scene scene = Scene::kStill);
   RecordingCopy(const RecordingCopy&) = delete;

@@ -45,8 +45,8 @@ struct DecodeStep {
   std::size_t events = 0;          ///< written to the front of `out`
 };
 
-/// Bytes of one wire format to events. Keeps its state across chunks, never
-/// allocates, never gives an event outside the sensor or a decreasing time.
+/// Bytes of one wire format to events. Keeps its state across chunks, never allocates, never gives
+/// an event outside the sensor, or a decreasing time but where a clock was set back by over 2 s.
 class EventDecoder {
  public:
   /// `out` must hold at least this many, so that every call makes progress.

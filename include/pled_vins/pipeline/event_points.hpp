@@ -68,6 +68,7 @@ class EventPoints {
 
  private:
   [[nodiscard]] ImageView<std::uint8_t> view() const noexcept;
+  void forget_before_restart(std::size_t run) noexcept;
   void draw(const TurnSlices& slices) noexcept;
   void find_corners(const TurnSlices& slices,
                     const std::optional<Eigen::Quaterniond>& R_prev_cur_cam,

@@ -134,7 +134,7 @@ void check_memory(const json& report) {
 
 TEST_SUITE("apps.replay_bad_events") {
   TEST_CASE("a burst of 100 Mev/s is shed to the event and the trajectory goes on") {
-    constexpr std::int64_t kBurst_us = 100'000;
+    constexpr std::int64_t kBurst_us = 100'000;  // two frames
     std::mt19937_64 random(7);
     std::vector<Event> burst;
     burst.reserve(100 * kBurst_us);
@@ -164,7 +164,12 @@ TEST_SUITE("apps.replay_bad_events") {
     CHECK(report["events"]["in"] == played);
     CHECK(fault(report, "event_shed") == shed);
     CHECK(report["events"]["dropped"] == shed + fault(report, "event_hot_pixel"));
-    CHECK(report["stages"]["events"]["max_us"] < 5e6);  // 5 M events came for one frame
+    // That bounds the work, whatever the machine: 5 M events came for each of two frames, and as
+    // many were handed on as slots that a frame touches have room for.
+    const json& clean = clean_report();
+    const std::uint64_t handed_on = report["events"]["in"].get<std::uint64_t>() - shed;
+    const std::uint64_t clean_ones = clean["events"]["in"].get<std::uint64_t>();
+    CHECK(handed_on - clean_ones <= 2 * (50'000 / 1024 + 2) * 20'000);
     check_survived(recording, report);
     check_memory(report);
   }

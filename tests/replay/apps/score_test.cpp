@@ -14,6 +14,7 @@
 #include <nlohmann/json.hpp>
 
 #include "drivers/replay/image_reader.hpp"
+#include "pled_vins/sim/evt3_encoder.hpp"
 #include "tests/support/recording_fixture.hpp"
 
 namespace {
@@ -215,6 +216,26 @@ TEST_SUITE("apps.score") {
     CHECK(o.out == "");
     CHECK_MESSAGE(contains(o.err, "masks.txt"), o.err);
     CHECK_MESSAGE(contains(o.err, recording.path().string()), o.err);
+  }
+
+  TEST_CASE("labels that cannot be read are told before anything is played") {
+    const RecordingCopy recording;
+    std::filesystem::remove_all(recording.path() / "masks");
+    const std::filesystem::path rows = recording.path().parent_path() / "rows.csv";
+    const Outcome o =
+        run_pled_vins({"score", recording.path().string(), "--json", "--rows", rows.string()});
+    CHECK(o.code == 1);
+    CHECK(o.out == "");
+    CHECK_MESSAGE(contains(o.err, "masks.txt: none of the label images can be read"), o.err);
+    CHECK(!std::filesystem::exists(rows));
+  }
+
+  TEST_CASE("an event camera that sent nothing is told") {
+    const RecordingCopy recording;
+    recording.write("events.raw", pled::sim::Evt3Encoder::raw_header(240, 180));
+    const Outcome o = run_pled_vins({"score", recording.path().string(), "--json"});
+    CHECK_MESSAGE(o.code == 0, o.err);
+    CHECK_MESSAGE(contains(o.err, "gave not one event"), o.err);
   }
 
   TEST_CASE("where nothing moves, what compares two classes is null and not a number") {

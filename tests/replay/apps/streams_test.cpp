@@ -113,6 +113,21 @@ TEST_SUITE("apps.replay_streams") {
     CHECK(recording.replay().code == 1);  // frames are wanted
   }
 
+  TEST_CASE("without a list of frames wild inertial stamps make no observations") {
+    for (const std::size_t at : {std::size_t{0}, std::size_t{300}, std::size_t{500}}) {
+      CAPTURE(at);
+      const RecordingCopy recording;
+      recording.remove("images.txt");
+      std::vector<std::string> imu = recording.lines("imu.txt");
+      std::string& line = imu[imu.size() - 501 + at];
+      line.replace(0, line.find(' '), "90001.000000000");  // 1.8 million times 50 ms
+      recording.set_lines("imu.txt", imu);
+      const json report = report_of(recording, {"--no-frames"});
+      CHECK(report["frames"]["in"].get<int>() >= 49);
+      CHECK(report["frames"]["in"].get<int>() <= 52);
+    }
+  }
+
   TEST_CASE("with neither stream there is nothing to see by, which is said at once") {
     const RecordingCopy recording;
     const Outcome o = recording.replay({"--no-frames", "--no-events"});

@@ -78,6 +78,19 @@ TEST_SUITE("drivers.aedat4_event_decoder") {
     CHECK(decoder.faults().time_backwards == 2);
   }
 
+  TEST_CASE("a clock that is set back is followed after 64 stamps that agree, not before") {
+    std::vector<std::int64_t> stamps{100'000'000, 100'000'000};
+    std::vector<std::int64_t> expected = stamps;
+    for (int k = 0; k < 100; ++k) {
+      stamps.push_back(5'000'000 + k);
+      expected.push_back(k < 63 ? 100'000'000 : 5'000'000 + k);
+    }
+    Aedat4EventDecoder decoder(kWidth, kHeight);
+    CHECK(times(decode_all(decoder, at_times(stamps))) == expected);
+    CHECK(decoder.faults().time_backwards == 63);
+    CHECK(decoder.faults().gaps == 1);
+  }
+
   TEST_CASE("one wild stamp is dropped and does not throw the clock, wherever it stands") {
     for (std::size_t at = 0; at < 5; ++at) {
       CAPTURE(at);

@@ -73,6 +73,49 @@ TEST_SUITE("drivers.text_event_decoder") {
     CHECK(decoder.faults().time_backwards == 1);
   }
 
+  TEST_CASE("a clock that is set back is followed after 64 stamps that agree, not before") {
+    TextEventDecoder decoder(240, 180);
+    const auto line = [](double t_s) { return std::to_string(t_s) + " 1 1 1\n"; };
+    std::string text = line(100.0);
+    for (int k = 0; k < 63; ++k) text += line(5.0 + 0.001 * k);
+    text += line(100.1);  // the 63 were wrong, for all that they agreed
+    for (int k = 0; k < 70; ++k) text += line(1.0 + 0.001 * k);
+    text += line(0.5);  // a small step is held again
+    const auto events = decode_text(decoder, text);
+    REQUIRE(events.size() == 1 + 63 + 1 + 70 + 1);
+    for (std::size_t k = 1; k <= 63; ++k) REQUIRE(events[k].t.us == 100'000'000);
+    for (std::size_t k = 64; k < 65 + 63; ++k) REQUIRE(events[k].t.us == 100'100'000);
+    for (std::size_t k = 63; k < 70; ++k)
+      CHECK(events[65 + k].t.us == 1'000'000 + 1'000 * static_cast<std::int64_t>(k));
+    CHECK(events.back().t.us == 1'069'000);
+    CHECK(decoder.faults().time_backwards == 63 + 63 + 1);
+    CHECK(decoder.faults().gaps == 1);
+  }
+
+  TEST_CASE("stamps far back that do not agree, and steps back of two seconds, move no clock") {
+    TextEventDecoder decoder(240, 180);
+    std::string scattered = "1000 1 1 1\n", near = "1000 1 1 1\n";
+    for (int k = 0; k < 200; ++k) {
+      scattered += k % 2 == 0 ? "10 1 1 1\n" : "500 1 1 1\n";
+      near += "998 1 1 1\n";
+    }
+    for (const std::string& text : {scattered, near})
+      for (const Event& e : decode_text(decoder, text)) REQUIRE(e.t.us == 1'000'000'000);
+    CHECK(decoder.faults().time_backwards == 400);
+    CHECK(decoder.faults().gaps == 0);
+  }
+
+  TEST_CASE("two damaged stamps that agree far ahead hold those behind them for 64 and no longer") {
+    TextEventDecoder decoder(240, 180);
+    std::string text = "0.1 1 1 1\n9000 1 1 1\n9000 1 1 1\n";
+    for (int k = 0; k < 100; ++k) text += "0.2 2 2 1\n";
+    const auto events = decode_text(decoder, text);
+    REQUIRE(events.size() == 103);
+    CHECK(events[3 + 62].t.us == 9'000'000'000);
+    CHECK(events[3 + 63].t.us == 200'000);
+    CHECK(events.back().t.us == 200'000);
+  }
+
   TEST_CASE("one stamp far ahead costs its line, and those behind it keep their own") {
     TextEventDecoder decoder(240, 180);
     const auto events = decode_text(decoder, "0.1 1 1 1\n1000 2 1 1\n0.2 3 1 1\n0.3 4 1 1\n");

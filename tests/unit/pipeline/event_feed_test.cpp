@@ -140,6 +140,82 @@ TEST_SUITE("pipeline.event_feed") {
     CHECK(decoder.resyncs == 1);
   }
 
+  TEST_CASE("behind a clock that was set back events come when who asks went back too") {
+    ScriptedSource source;
+    // Once in the middle of a batch, once between two.
+    source.chunks = {events_at({100'000'000, 100'040'000, 100'080'000, 10'000, 60'000}),
+                     events_at({110'000, 160'000}), events_at({90'000'000}), events_at({20'000})};
+    CopyDecoder decoder;
+    auto feed = std::make_unique<EventFeed>();
+    feed->connect(source, decoder);
+    CHECK(drain(*feed, 100'050'000) == std::vector<std::int64_t>{100'000'000, 100'040'000});
+    // What is left of the old clock was passed by.
+    CHECK(drain(*feed, 50'000) == std::vector<std::int64_t>{10'000});
+    CHECK(drain(*feed, 150'000) == std::vector<std::int64_t>{60'000, 110'000});
+    CHECK(drain(*feed, 91'000'000) == std::vector<std::int64_t>{160'000, 90'000'000});
+    CHECK(drain(*feed, 50'000) == std::vector<std::int64_t>{20'000});
+    CHECK(feed->ended());
+  }
+
+  TEST_CASE("a silence after a clock was set back loses no event") {
+    ScriptedSource source;
+    source.chunks = {events_at({100'000'000, 100'080'000, 10'000}),
+                     events_at({60'000'000, 100'080'000})};
+    CopyDecoder decoder;
+    auto feed = std::make_unique<EventFeed>();
+    feed->connect(source, decoder);
+    CHECK(drain(*feed, 100'050'000).size() == 1);
+    CHECK(drain(*feed, 50'000) == std::vector<std::int64_t>{10'000});
+    for (std::int64_t t = 100'000; t < 60'000'000; t += 50'000) REQUIRE(drain(*feed, t).empty());
+    CHECK(drain(*feed, 60'000'000) == std::vector<std::int64_t>{60'000'000});
+    CHECK(drain(*feed, 100'100'000) == std::vector<std::int64_t>{100'080'000});
+  }
+
+  TEST_CASE("what is left of an old clock may be many batches") {
+    ScriptedSource source;
+    std::vector<Event> old;
+    for (int i = 0; i < 30'000; ++i) old.push_back({Timestamp{100'000'000 + i}, 0, 0, {}});
+    source.chunks = {old, events_at({1'000, 2'000})};
+    CopyDecoder decoder;
+    auto feed = std::make_unique<EventFeed>();
+    feed->connect(source, decoder);
+    CHECK(drain(*feed, 100'000'000).size() == 1);
+    CHECK(drain(*feed, 1'500) == std::vector<std::int64_t>{1'000});
+    CHECK(drain(*feed, 2'500) == std::vector<std::int64_t>{2'000});
+  }
+
+  TEST_CASE("events behind a step back that nobody else makes come one call later") {
+    ScriptedSource source;
+    source.chunks = {events_at({100'000'000, 10'000, 20'000})};
+    CopyDecoder decoder;
+    auto feed = std::make_unique<EventFeed>();
+    feed->connect(source, decoder);
+    CHECK(drain(*feed, 100'050'000) == std::vector<std::int64_t>{100'000'000});
+    CHECK(drain(*feed, 100'050'000).empty());
+    CHECK_FALSE(feed->ended());
+    CHECK(drain(*feed, 100'100'000) == std::vector<std::int64_t>{10'000, 20'000});
+    CHECK(feed->ended());
+  }
+
+  TEST_CASE("stamps far ahead hold up nothing when time goes on behind them, those alone do") {
+    for (const std::size_t wild : {std::size_t{1}, std::size_t{66}, std::size_t{5'000}}) {
+      CAPTURE(wild);
+      ScriptedSource source;
+      source.chunks = {events_at({10'000}),
+                       std::vector<Event>(wild, Event{Timestamp{9'000'000'000}, 0, 0, {}}),
+                       events_at({20'000, 30'000}), events_at({8'000'000})};
+      CopyDecoder decoder;
+      auto feed = std::make_unique<EventFeed>();
+      feed->connect(source, decoder);
+      CHECK(drain(*feed, 25'000) == std::vector<std::int64_t>{10'000, 20'000});
+      CHECK(drain(*feed, 50'000) == std::vector<std::int64_t>{30'000});
+      CHECK(drain(*feed, 75'000).empty());
+      CHECK_FALSE(feed->ended());
+      CHECK(drain(*feed, 8'000'000) == std::vector<std::int64_t>{8'000'000});
+      CHECK(feed->ended());
+    }
+  }
+
   TEST_CASE("a feed without a source has ended") {
     const auto feed = std::make_unique<EventFeed>();
     CHECK(feed->ended());

@@ -221,6 +221,38 @@ TEST_SUITE("pipeline.event_stage") {
     }
   }
 
+  TEST_CASE("a picture of events whose clock was set back shows nothing from before") {
+    const RigCalibration rig = event_rig(false);
+    const EventScene scene(rig.cameras[0], 0.12, 4);
+    const std::vector<Event> events = scene.events(swing(), kStart_us, kStart_us + 50'000);
+    for (const std::size_t packet : {std::size_t{0}, std::size_t{1}, std::size_t{64}}) {
+      CAPTURE(packet);
+      StageRun run(config_of(EventPicture::kBrightness), rig, {},
+                   {.gyro = false, .packet = packet});
+      const auto shown = [&run] {
+        const auto picture = run.stage().picture();
+        std::size_t n = 0;
+        for (int y = 0; y < picture.height; ++y)
+          for (int x = 0; x < picture.width; ++x) n += picture.at(y, x) != 128 ? 1U : 0U;
+        return n;
+      };
+      run.observe(kStart_us + 50'000, events);
+      REQUIRE(shown() > 100);
+      // 63 are taken for strange; the next restarts the surface. One pixel fires, too slowly for a
+      // hot one.
+      std::vector<Event> after = events;
+      constexpr std::int64_t kBack_us = 100'000'000;
+      for (int k = 0; k < 70; ++k)
+        after.push_back({{kStart_us - kBack_us + 10'000 * k}, 80, 60, Polarity::kOn});
+      for (Event& e : std::span(after).first(events.size())) e.t.us += 50'000;
+      run.observe(kStart_us - kBack_us + 700'000, after);
+      CHECK(run.stage().counts().surface.restarts == 1);
+      CHECK(run.stage().counts().surface.strange_stamp == 63);
+      CHECK(shown() == 1);
+      CHECK(run.stage().picture().at(60, 80) > 128);
+    }
+  }
+
   TEST_CASE("a burst is shed beyond the rate and counted to the event") {
     const RigCalibration rig = event_rig(false);
     EventStageConfig config = config_of(EventPicture::kBrightness);
