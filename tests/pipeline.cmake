@@ -3,7 +3,8 @@ if(TARGET pled_pipeline)
     SOURCES unit/pipeline/latency_histogram_test.cpp unit/pipeline/event_feed_test.cpp
             unit/pipeline/still_gyro_bias_test.cpp unit/pipeline/time_shift_search_test.cpp
             unit/pipeline/event_admission_test.cpp unit/pipeline/rate_limit_test.cpp
-            unit/pipeline/event_stage_test.cpp unit/pipeline/event_scores_test.cpp
+            unit/pipeline/event_stage_test.cpp unit/pipeline/event_stage_clock_test.cpp
+            unit/pipeline/event_scores_test.cpp
             unit/pipeline/temporal_cues_test.cpp unit/pipeline/vio_pipeline_test.cpp
     DEPS pled::pipeline)
 endif()
