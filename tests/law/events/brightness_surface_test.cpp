@@ -42,7 +42,7 @@ Event event(std::int64_t us, int x, int y, bool on) {
 }  // namespace
 
 TEST_SUITE("events.brightness_surface") {
-  TEST_CASE("grey is 128 plus the decayed sum of steps and the step on its way, for random streams") {
+  TEST_CASE("grey is 128 plus the decayed steps and the one on its way, for random streams") {
     std::mt19937_64 random(5);
     Fixture f;
     std::vector<Event> events;
