@@ -134,7 +134,7 @@ if [ "$job" = score ]; then
       split("image_point event_point", kinds, " "); split("all used common", sets, " ")
       for (a = 1; a <= 2; ++a) for (b = 1; b <= 3; ++b) {
         g = kinds[a] SUBSEP sets[b] SUBSEP
-        if (!count[g "motion"]) continue
+        if (!count[g "motion"] || !count[g "paper"] || !count[g "count"]) continue
         printf "%-26s %-12s %-7s %7.3f %7.3f %7.3f\n", "mean", kinds[a], sets[b],
           sum[g "motion"] / count[g "motion"], sum[g "paper"] / count[g "paper"], sum[g "count"] / count[g "count"]
         printf "%-26s %-12s %-7s %7.3f %7.3f %7.3f\n", "least", kinds[a], sets[b],

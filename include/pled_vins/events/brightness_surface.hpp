@@ -30,7 +30,7 @@ static_assert(sizeof(BrightnessPixel) == 8);
 ///
 /// A time surface shows when edges passed, so it changes with the direction and speed of motion;
 /// this shows what is there, so a patch of it looks the same for as long as it is seen. On the
-/// simulated development set tracks last 3 to 8 times as long (src/events/README.md).
+/// simulated development set tracks last 2 to 6 times as long (src/events/README.md).
 ///
 /// No allocation, no thread; how events are split into packets makes no difference.
 class BrightnessSurface {

@@ -14,7 +14,7 @@ namespace pled {
 /// Frames over which the motion check may reach back, the newest included.
 inline constexpr std::size_t kTrackHistory = 8;
 
-/// Sights before those of an event point are worth using. Where a corner is new, events have drawn
+/// The sight from which on an event point is worth using. Where a corner is new, events have drawn
 /// only the side it moves to; until the rest is drawn, matches stay behind the motion by 0.3 to 0.8
 /// px (simulated, against the truth), later by less than 0.1 px.
 inline constexpr std::uint32_t kSettledSights = 4;

@@ -13,8 +13,8 @@ namespace pled {
 void admit_settled(FrameMeasurement& frame) noexcept;
 
 /// Decides which event points the solver gets. Ours: where frames show enough points for long
-/// enough, event points, which are followed two to three times less exactly, add cost and little
-/// else; in the dark and in fast motion, where frames lose theirs, they hold the pose. One that was
+/// enough, event points, which err five to ten times as much (src/events/README.md), add cost and
+/// little else; they come in where frames lose theirs. One that was
 /// admitted stays until it is lost, so that its track is whole.
 class EventAdmission {
  public:

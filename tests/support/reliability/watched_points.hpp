@@ -13,12 +13,14 @@
 
 namespace pled::support {
 
-/// A camera of 200 px focal length without lens errors.
+inline constexpr double kFocal_px = 200.0;
+
+/// A camera of kFocal_px without lens errors.
 [[nodiscard]] inline CameraCalibration pinhole_200() {
   CameraCalibration c;
   c.width_px = 240;
   c.height_px = 180;
-  c.fx_px = c.fy_px = 200.0;
+  c.fx_px = c.fy_px = kFocal_px;
   c.cx_px = 120.0;
   c.cy_px = 90.0;
   return c;
@@ -29,6 +31,12 @@ namespace pled::support {
   rig.num_cameras = 1;
   rig.cameras[0] = pinhole_200();
   return rig;
+}
+
+inline constexpr double kStep_m = 0.05;  ///< what the camera moves along x from frame to frame
+
+[[nodiscard]] inline Pose sideways(int k) {
+  return {Eigen::Quaterniond::Identity(), {kStep_m * k, 0, 0}};
 }
 
 /// One point as it is seen now.

@@ -15,14 +15,7 @@
 namespace pled {
 namespace {
 
-using support::one_camera_rig;
-using support::Sighting;
-using support::WatchedPoints;
-
-constexpr double kFocal_px = 200.0;
-constexpr double kStep_m = 0.05;  ///< what the camera moves along x from frame to frame
-
-Pose sideways(int k) { return {Eigen::Quaterniond::Identity(), {kStep_m * k, 0, 0}}; }
+using namespace support;
 
 /// Frames 0 ... `last` of points that move in the world by `step_m` a frame; the last's evidence.
 MotionEvidence evidence_of_mover(const Eigen::Vector3d& start, const Eigen::Vector3d& step_m,

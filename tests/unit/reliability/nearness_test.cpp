@@ -10,18 +10,8 @@
 #include "support/reliability/watched_points.hpp"
 
 namespace pled {
-namespace {
 
-using support::one_camera_rig;
-using support::Sighting;
-using support::WatchedPoints;
-
-constexpr double kFocal_px = 200.0;
-constexpr double kStep_m = 0.05;  ///< what the camera moves along x from frame to frame
-
-Pose sideways(int k) { return {Eigen::Quaterniond::Identity(), {kStep_m * k, 0, 0}}; }
-
-}  // namespace
+using namespace support;
 
 TEST_SUITE("reliability.motion_cue.nearness") {
   TEST_CASE("what stands nearer than its surroundings is doubted by the logarithm of how much") {
