@@ -11,12 +11,14 @@ function(pled_add_replay_tests name)
   target_compile_options(${name} PRIVATE $<$<CXX_COMPILER_ID:GNU>:-Wno-restrict>)
 endfunction()
 
+# Two of them, so that two processors share the time.
 pled_add_replay_tests(test_apps_replay LABEL replay TIMEOUT 1800
   SOURCES replay/apps/results_test.cpp replay/apps/options_test.cpp
-          replay/apps/bad_files_test.cpp replay/apps/bad_data_test.cpp
-          replay/apps/bad_events_test.cpp
           replay/apps/report_test.cpp replay/apps/simulate_test.cpp replay/apps/sizes_test.cpp
           replay/apps/time_shift_test.cpp replay/apps/aedat_test.cpp
-          replay/apps/score_test.cpp replay/apps/streams_test.cpp)
+          replay/apps/streams_test.cpp)
+pled_add_replay_tests(test_apps_bad_input LABEL replay TIMEOUT 1800
+  SOURCES replay/apps/bad_files_test.cpp replay/apps/bad_data_test.cpp
+          replay/apps/bad_events_test.cpp replay/apps/score_test.cpp)
 pled_add_replay_tests(test_apps_recordings LABEL long TIMEOUT 1800
   SOURCES replay/apps/recordings_test.cpp replay/apps/unknown_time_shift_test.cpp)

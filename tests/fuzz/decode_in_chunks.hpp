@@ -12,8 +12,7 @@
 namespace pled::fuzz {
 
 /// Gives a decoder any bytes in chunks of `chunk` and aborts unless all are consumed, no event is
-/// outside the sensor, and time never goes back by less than
-/// a clock is set back.
+/// outside the sensor, and time never goes back by less than what counts as a clock set back.
 inline void decode_in_chunks(EventDecoder& decoder, std::span<const std::byte> rest,
                              std::size_t chunk, int width_px, int height_px) {
   constexpr std::int64_t kSetBack_us = 2'000'000;
