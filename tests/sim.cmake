@@ -4,7 +4,8 @@ pled_add_tests(test_sim TIMEOUT 1500
     unit/sim/evt3_encoder_test.cpp
     unit/sim/simulator_test.cpp
   DEPS pled::sim pled::decode)
-pled_add_tests(test_sim_law LABEL law
+# Minutes under the thread sanitizer.
+pled_add_tests(test_sim_law LABEL law TIMEOUT 1500
   SOURCES
     law/sim/event_model_test.cpp
     law/sim/evt3_round_trip_test.cpp
