@@ -119,22 +119,27 @@ void LineTracker::take_matches(double dt_s) noexcept {
 }
 
 void LineTracker::end_missing() noexcept {
-  std::size_t kept = 0;
-  for (std::size_t i = 0; i < num_tracks_; ++i) {
-    if (tracks_[i].missed > kMaxMissed) {
-      ++lost_;
-      continue;
-    }
-    if (kept != i) tracks_[kept] = tracks_[i];
-    ++kept;
-  }
-  num_tracks_ = kept;
+  for (std::size_t i = num_tracks_; i-- > 0;)
+    if (tracks_[i].missed > kMaxMissed) end(i);
+  // What is seen goes before what may come back; of that the older.
+  const auto known = static_cast<std::size_t>(std::count(is_known_.begin(), is_known_.end(), true));
+  const std::size_t fresh = seen_.size() - known;
+  for (std::size_t i = num_tracks_; i-- > 0;)
+    if (tracks_[i].missed > 0 && num_tracks_ + fresh > static_cast<std::size_t>(config_.max_lines))
+      end(i);
+}
+
+void LineTracker::end(std::size_t i) noexcept {
+  const auto first = tracks_.begin() + static_cast<std::ptrdiff_t>(i);
+  std::copy(first + 1, tracks_.begin() + static_cast<std::ptrdiff_t>(num_tracks_), first);
+  --num_tracks_;
+  ++lost_;
 }
 
 void LineTracker::begin_tracks() noexcept {
   for (std::size_t k = 0; k < seen_.size(); ++k) {
     if (is_known_[k]) continue;
-    if (num_tracks_ >= static_cast<std::size_t>(config_.max_lines)) return;
+    PLED_CHECK(num_tracks_ < tracks_.size());
     Track track;
     track.id = next_id_++;
     track.line = seen_[k];

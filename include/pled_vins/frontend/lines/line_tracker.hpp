@@ -27,7 +27,8 @@ struct LineRole {
 
 /// Follows straight edges through the pictures of one camera: those of each picture are detected
 /// anew and matched with where the gyro's rotation, and the line's own motion across so far, put
-/// those known. A line that is missing for up to two pictures is carried on and may come back.
+/// those known. A line that is missing for up to two pictures is carried on and may come back, as
+/// long as there is room beside those seen.
 /// No clock, no thread; no allocation but that of find_pieces(): the same calls give the same bits.
 class LineTracker {
  public:
@@ -66,6 +67,7 @@ class LineTracker {
   [[nodiscard]] bool turn(const Eigen::Matrix3d& R_cur_prev, Segment& segment) const noexcept;
   void take_matches(double dt_s) noexcept;
   void end_missing() noexcept;
+  void end(std::size_t i) noexcept;
   void begin_tracks() noexcept;
   void write(LineFrame& out) const noexcept;
 
