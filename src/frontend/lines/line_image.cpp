@@ -14,6 +14,10 @@ constexpr int kReach = 3;
 /// Source pixels that one pixel of the shrunk picture takes from.
 constexpr int kTaps = 2 * kReach + 2;
 
+/// Four pixels of the shrunk picture take the room of five, and the next four take alike.
+constexpr int kPhases = 4;
+constexpr int kPeriod = 5;
+
 /// Where one row or column of the shrunk picture takes from, and by how much.
 struct Taps {
   int first = 0;
@@ -77,22 +81,26 @@ void shrink(ImageView<const std::uint8_t> in, std::span<float> row,
             ImageView<std::uint8_t> out) noexcept {
   PLED_CHECK(out.width == shrunk_px(in.width) && out.height == shrunk_px(in.height));
   PLED_CHECK(row.size() >= static_cast<std::size_t>(in.width));
+  std::array<Taps, kPhases> phases;
+  for (int i = 0; i < kPhases; ++i) phases[static_cast<std::size_t>(i)] = taps_of(i);
   for (int y = 0; y < out.height; ++y) {
-    const Taps down = taps_of(y);
+    const Taps& down = phases[static_cast<std::size_t>(y % kPhases)];
+    const int top = down.first + y / kPhases * kPeriod;
     std::fill_n(row.begin(), in.width, 0.0F);
     for (int k = 0; k < kTaps; ++k) {
-      const std::uint8_t* from = in.row(std::clamp(down.first + k, 0, in.height - 1));
+      const std::uint8_t* from = in.row(std::clamp(top + k, 0, in.height - 1));
       const float w = down.weight[static_cast<std::size_t>(k)];
       for (int x = 0; x < in.width; ++x)
         row[static_cast<std::size_t>(x)] += w * static_cast<float>(from[x]);
     }
     std::uint8_t* to = out.row(y);
     for (int x = 0; x < out.width; ++x) {
-      const Taps across = taps_of(x);
+      const Taps& across = phases[static_cast<std::size_t>(x % kPhases)];
+      const int left = across.first + x / kPhases * kPeriod;
       float sum = 0.5F;  // truncation then rounds
       for (int k = 0; k < kTaps; ++k)
         sum += across.weight[static_cast<std::size_t>(k)] *
-               row[static_cast<std::size_t>(std::clamp(across.first + k, 0, in.width - 1))];
+               row[static_cast<std::size_t>(std::clamp(left + k, 0, in.width - 1))];
       to[x] = static_cast<std::uint8_t>(sum);
     }
   }
