@@ -12,6 +12,7 @@ pled_add_tests(test_backend TIMEOUT 1500
 
 pled_add_tests(test_backend_law LABEL law
   SOURCES law/backend/line_residual_test.cpp
+          law/backend/robust_weight_test.cpp
   DEPS pled::backend)
 
 # Prints the mean NEES over simulated runs; exit 1 when it lies outside its bounds.

@@ -243,9 +243,8 @@ TEST_SUITE("backend.line_residual") {
       CHECK(worst.extrinsic <= 1e-6);
       CHECK(worst.line <= 1e-6);
       CHECK(worst.time_shift <= 1e-6);
-      MESSAGE(kNames[static_cast<std::size_t>(t)] << ": pose " << worst.pose << ", extrinsic "
-                                                  << worst.extrinsic << ", line " << worst.line
-                                                  << ", time shift " << worst.time_shift);
+      MESSAGE(name << ": pose " << worst.pose << ", extrinsic " << worst.extrinsic << ", line "
+                   << worst.line << ", time shift " << worst.time_shift);
     }
   }
 
