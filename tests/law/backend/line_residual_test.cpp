@@ -363,46 +363,29 @@ TEST_SUITE("backend.line_residual") {
   TEST_CASE("NaN and infinity in any input are refused with finite outputs") {
     Random random(44);
     const Scene good = random_scene(random, Trouble::kNone);
+    const auto refused_with = [&good](const auto& change) {
+      Scene s = good;
+      change(s);
+      check_refused(s);
+    };
     for (const double bad : {kNan, std::numeric_limits<double>::infinity()}) {
       for (int k = 0; k < 3; ++k) {
-        Scene s = good;
-        s.frames.T_world_body.p[k] = bad;
-        check_refused(s);
-        s = good;
-        s.frames.T_body_cam.p[k] = bad;
-        check_refused(s);
-        s = good;
-        s.frames.origin_world[k] = bad;
-        check_refused(s);
+        refused_with([&](Scene& s) { s.frames.T_world_body.p[k] = bad; });
+        refused_with([&](Scene& s) { s.frames.T_body_cam.p[k] = bad; });
+        refused_with([&](Scene& s) { s.frames.origin_world[k] = bad; });
       }
       for (int k = 0; k < 4; ++k) {
-        Scene s = good;
-        s.frames.T_world_body.q.coeffs()[k] = bad;
-        check_refused(s);
-        s = good;
-        s.frames.T_body_cam.q.coeffs()[k] = bad;
-        check_refused(s);
-        s = good;
-        s.line.U.coeffs()[k] = bad;
-        check_refused(s);
+        refused_with([&](Scene& s) { s.frames.T_world_body.q.coeffs()[k] = bad; });
+        refused_with([&](Scene& s) { s.frames.T_body_cam.q.coeffs()[k] = bad; });
+        refused_with([&](Scene& s) { s.line.U.coeffs()[k] = bad; });
       }
       for (std::size_t k = 0; k < 2; ++k) {
-        Scene s = good;
-        s.seen.start_xy[k] = bad;
-        check_refused(s);
-        s = good;
-        s.seen.end_xy[k] = bad;
-        check_refused(s);
-        s = good;
-        s.seen.end_rate_ps[k] = bad;
-        check_refused(s);
+        refused_with([&](Scene& s) { s.seen.start_xy[k] = bad; });
+        refused_with([&](Scene& s) { s.seen.end_xy[k] = bad; });
+        refused_with([&](Scene& s) { s.seen.end_rate_ps[k] = bad; });
       }
-      Scene s = good;
-      s.line.phi_rad = bad;
-      check_refused(s);
-      s = good;
-      s.shift_s = bad;
-      check_refused(s);
+      refused_with([&](Scene& s) { s.line.phi_rad = bad; });
+      refused_with([&](Scene& s) { s.shift_s = bad; });
     }
   }
 }
