@@ -10,6 +10,11 @@ pled_add_tests(test_backend TIMEOUT 1500
     unit/backend/backend_test.cpp
   DEPS pled::backend pled::backend_solver pled::consistency)
 
+pled_add_tests(test_backend_law LABEL law
+  SOURCES law/backend/line_residual_test.cpp
+          law/backend/robust_weight_test.cpp
+  DEPS pled::backend)
+
 # Prints the mean NEES over simulated runs; exit 1 when it lies outside its bounds.
 add_test(NAME backend_consistency_50_runs
          COMMAND pled-vins check-consistency --runs 50 --seconds 10)
