@@ -3,7 +3,7 @@ pled_add_tests(test_backend TIMEOUT 1500
   SOURCES
     law/backend/calibration_test.cpp
     law/backend/consistency_test.cpp
-    law/backend/point_noise_test.cpp
+    law/backend/feature_noise_test.cpp
     law/backend/residual_test.cpp
     law/backend/window_test.cpp
     support/simulated_run.cpp

@@ -48,7 +48,7 @@ Backend::Backend(const BackendConfig& config, const RigCalibration& rig,
       rig_(rig),
       noise_(inertial_model(rig.imu, config)),
       settings_(make_factor_settings(config_, rig_)),
-      point_noise_({config.point_sigma_px, config.event_point_sigma_px}),
+      feature_noise_({config.point_sigma_px, config.event_point_sigma_px}),
       solver_(solver),
       book_(rig_, settings_, static_cast<std::size_t>(config.min_observations)),
       bootstrap_(start_config_, rig_, noise_, settings_),
@@ -174,7 +174,7 @@ bool Backend::track(const FrameMeasurement& frame, const ImuHistory& imu,
       solver_.solve({window_, rig_, settings_}, {.max_iterations = solver_steps(frame.t - last.t)});
   out.iterations = summary.iterations;
   out.mean_reprojection_px = book_.judge(window_);
-  point_noise_.observe(window_, rig_, settings_);
+  feature_noise_.observe(window_, rig_, settings_);
   const Verdict verdict = check(bridged ? window_.newest().x : predicted, summary, out);
   if (verdict == Verdict::kDiverged) {
     ++faults_.divergences;
@@ -190,7 +190,7 @@ bool Backend::track(const FrameMeasurement& frame, const ImuHistory& imu,
   out.keyframe = state.keyframe;
   repropagate();
   slide();
-  set_point_noise(settings_, rig_, point_noise_.sigmas_px());
+  set_feature_noise(settings_, rig_, feature_noise_.sigmas_px());
   return true;
 }
 

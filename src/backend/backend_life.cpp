@@ -27,7 +27,7 @@ void Backend::begin(const FrameMeasurement& frame, const ImuHistory& imu,
     out.refusal = StartRefusal::kNone;
   } else {
     coast(frame, imu, out);
-    set_point_noise(settings_, rig_,
+    set_feature_noise(settings_, rig_,
                     {start_config_.point_sigma_px, start_config_.event_point_sigma_px});
     out.refusal = bootstrap_.attempt(frame, imu, belief_, book_, solver_, window_);
     out.refusal_detail = bootstrap_.detail();
@@ -36,8 +36,8 @@ void Backend::begin(const FrameMeasurement& frame, const ImuHistory& imu,
   }
   tracking_ = true;
   settling_left_ = kSettling;
-  point_noise_.reset();
-  set_point_noise(settings_, rig_, point_noise_.sigmas_px());
+  feature_noise_.reset();
+  set_feature_noise(settings_, rig_, feature_noise_.sigmas_px());
   weak_since_.reset();
   still_.reset();
   const WindowState& newest = window_.newest();

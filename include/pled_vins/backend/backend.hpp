@@ -8,7 +8,7 @@
 #include "pled_vins/backend/config.hpp"
 #include "pled_vins/backend/landmark_book.hpp"
 #include "pled_vins/backend/marginalisation.hpp"
-#include "pled_vins/backend/point_noise.hpp"
+#include "pled_vins/backend/feature_noise.hpp"
 #include "pled_vins/backend/start.hpp"
 #include "pled_vins/backend/still_detector.hpp"
 #include "pled_vins/backend/window_solver.hpp"
@@ -106,7 +106,7 @@ class Backend {
   RigCalibration rig_;
   ImuNoise noise_;
   FactorSettings settings_;
-  PointNoise point_noise_;
+  FeatureNoise feature_noise_;
   WindowSolver& solver_;
   LandmarkBook book_;
   Bootstrap bootstrap_;

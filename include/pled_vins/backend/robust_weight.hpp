@@ -48,6 +48,11 @@ struct RobustWeightConfig {
 }
 static_assert(check(RobustWeightConfig{}).key == nullptr, "defaults must be valid");
 
+/// Whether residuals are weighted as published: no other loss inside, one noise for all features.
+[[nodiscard]] constexpr bool as_published(RobustMode mode) noexcept {
+  return mode == RobustMode::kPaper || mode == RobustMode::kDynavins;
+}
+
 /// f / sigma_px of the paper's code, whatever the camera: 1.5 px at f = 460 px.
 inline constexpr double kPaperSigmasPerUnit = 460.0 / 1.5;
 

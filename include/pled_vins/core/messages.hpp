@@ -44,8 +44,7 @@ struct FrameView {
 using FeatureId = std::uint32_t;
 
 enum class FeatureKind : std::uint8_t { kImagePoint, kEventPoint, kLine };
-/// Kinds that are points: those before kLine.
-inline constexpr std::size_t kPointKinds = 2;
+inline constexpr std::size_t kFeatureKinds = 3;
 
 /// One point in one frame.
 struct PointMeasurement {

@@ -1,4 +1,4 @@
-#include "pled_vins/backend/point_noise.hpp"
+#include "pled_vins/backend/feature_noise.hpp"
 
 #include <algorithm>
 #include <array>
@@ -16,13 +16,13 @@ constexpr double kMostGrowth = 10;  ///< times the least noise; beyond, it is no
 
 }  // namespace
 
-void PointNoise::observe(const SlidingWindow& window, const RigCalibration& rig,
+void FeatureNoise::observe(const SlidingWindow& window, const RigCalibration& rig,
                          const FactorSettings& settings) noexcept {
   observe_kind(FeatureKind::kImagePoint, window, rig, settings);
   observe_kind(FeatureKind::kEventPoint, window, rig, settings);
 }
 
-void PointNoise::observe_kind(FeatureKind kind, const SlidingWindow& window,
+void FeatureNoise::observe_kind(FeatureKind kind, const SlidingWindow& window,
                               const RigCalibration& rig, const FactorSettings& settings) noexcept {
   std::array<double, kMaxLandmarks> variance_px2;
   std::size_t n = 0;
@@ -53,8 +53,8 @@ void PointNoise::observe_kind(FeatureKind kind, const SlidingWindow& window,
   measured_px += kFollow * (now_px - measured_px);
 }
 
-PointSigmas PointNoise::sigmas_px() const noexcept {
-  PointSigmas out;
+FeatureSigmas FeatureNoise::sigmas_px() const noexcept {
+  FeatureSigmas out;
   for (std::size_t k = 0; k < out.size(); ++k)
     out[k] = std::clamp(measured_px_[k], least_px_[k], kMostGrowth * least_px_[k]);
   return out;
