@@ -10,11 +10,24 @@ namespace {
 /// would be believed for a second.
 constexpr std::size_t kMostMomentum = 10;
 
-/// rho(w) of the parabolas: w^2 S + regulariser (1 - w)^2 + momentum (w~ - w)^2.
+/// rho(w) of the parabolas: w^2 S and one pull on w each towards 1, w~ and z.
 struct Parabola {
   double squared = 0.0;  ///< S
   double regulariser = 0.0;
   double momentum = 0.0;
+  double previous = 0.0;
+  double prior = 0.0;
+  double temporal = 0.0;  ///< 0 when nothing is known: its pull is 0 then
+
+  [[nodiscard]] double minimiser() const noexcept {
+    return (regulariser + momentum * previous + prior * temporal) /
+           (squared + regulariser + momentum + prior);
+  }
+  [[nodiscard]] double loss(double w) const noexcept {
+    const double to_one = 1.0 - w, to_previous = previous - w, to_temporal = temporal - w;
+    return w * w * squared + regulariser * to_one * to_one + momentum * to_previous * to_previous +
+           prior * to_temporal * to_temporal;
+  }
 };
 
 double sum(std::span<const double> squared) noexcept {
@@ -26,9 +39,15 @@ double sum(std::span<const double> squared) noexcept {
 Parabola parabola(const RobustWeightConfig& c, const RobustEvidence& e) noexcept {
   const std::size_t m = e.squared.size();
   const bool paper = c.mode == RobustMode::kPaper;
+  const bool knows_time = !paper && !std::isnan(e.temporal);
   const double each = paper ? 1.0 : static_cast<double>(m);
   const auto n = static_cast<double>(paper ? m : std::min(m, kMostMomentum));
-  return {sum(e.squared), each * c.lambda_w, each * c.lambda_m * n * n};
+  return {.squared = sum(e.squared),
+          .regulariser = each * c.lambda_w,
+          .momentum = each * c.lambda_m * n * n,
+          .previous = e.previous,
+          .prior = knows_time ? each * e.lambda_z : 0.0,
+          .temporal = knows_time ? e.temporal : 0.0};
 }
 
 /// A residual a w - b under Huber's loss with scale 1.
@@ -92,7 +111,8 @@ double minimiser(const HuberSum& terms) noexcept {
 }
 
 bool usable(const RobustEvidence& e) noexcept {
-  if (e.squared.empty() || !std::isfinite(e.previous)) return false;
+  if (e.squared.empty() || !std::isfinite(e.previous) || std::isinf(e.temporal)) return false;
+  if (!std::isfinite(e.lambda_z) || e.lambda_z < 0.0) return false;
   for (const double s : e.squared) {
     if (!(s >= 0.0)) return false;
   }
@@ -104,25 +124,22 @@ bool usable(const RobustEvidence& e) noexcept {
 std::optional<double> robust_weight(const RobustWeightConfig& config,
                                     const RobustEvidence& evidence) noexcept {
   if (check(config).key || !usable(evidence)) return std::nullopt;
-  if (config.mode == RobustMode::kDynavins) return minimiser(HuberSum(config, evidence));
-  const Parabola p = parabola(config, evidence);
-  const double w =
-      (p.regulariser + p.momentum * evidence.previous) / (p.squared + p.regulariser + p.momentum);
-  return std::clamp(w, 0.0, 1.0);
+  switch (config.mode) {
+    case RobustMode::kNone: return 1.0;
+    case RobustMode::kDynavins: return minimiser(HuberSum(config, evidence));
+    case RobustMode::kPerObservation:
+    case RobustMode::kPaper: break;
+  }
+  return std::clamp(parabola(config, evidence).minimiser(), 0.0, 1.0);
 }
 
 double robust_loss(const RobustWeightConfig& config, const RobustEvidence& evidence,
                    double w) noexcept {
-  if (config.mode == RobustMode::kDynavins) {
-    double loss = 0.0;
-    HuberSum(config, evidence).each([&](const HuberTerm& t) { loss += t.loss(w); });
-    return loss;
-  }
-  const Parabola p = parabola(config, evidence);
-  const double to_one = 1.0 - w;
-  const double to_previous = evidence.previous - w;
-  return w * w * p.squared + p.regulariser * to_one * to_one +
-         p.momentum * to_previous * to_previous;
+  if (config.mode == RobustMode::kNone) return w * w * sum(evidence.squared);
+  if (config.mode != RobustMode::kDynavins) return parabola(config, evidence).loss(w);
+  double loss = 0.0;
+  HuberSum(config, evidence).each([&](const HuberTerm& t) { loss += t.loss(w); });
+  return loss;
 }
 
 double observation_gain(const RobustWeightConfig& config, double squared, double w) noexcept {

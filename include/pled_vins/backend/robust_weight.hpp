@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <optional>
 #include <span>
 
@@ -14,9 +15,12 @@ namespace pled {
 /// The loss rho(w) of a feature whose observations have squared residuals s_i = |r_i|^2, with
 /// w~ the weight it had before and n_j a count that makes a long-known weight slow:
 enum class RobustMode : std::uint8_t {
-  /// sum_i [ w^2 s_i + l_w (1 - w)^2 + l_m n_j^2 (w~ - w)^2 ], n_j = min(observations, 10). Ours:
-  /// the loss of the paper with its lambdas per observation. A weight tells the mean error, not how
-  /// long a track is; information grows with the track all the same.
+  /// w^2 sum_i s_i with w held at 1: every feature is believed. To compare with.
+  kNone,
+  /// sum_i [ w^2 s_i + l_w (1 - w)^2 + l_m n_j^2 (w~ - w)^2 + l_z (z - w)^2 ],
+  /// n_j = min(observations, 10). Ours: the loss of the paper with its lambdas per observation, and
+  /// what time tells (z) as one more term. A weight tells the mean error, not how long a track is;
+  /// information grows with the track all the same.
   kPerObservation,
   /// w^2 sum_i s_i + l_w (1 - w)^2 + l_m n_j^2 (w~ - w)^2, n_j = observations: eq. (9), as printed.
   /// At the same error a track of ten observations weighs far less than one of three.
@@ -41,9 +45,8 @@ struct RobustWeightConfig {
 
 [[nodiscard]] constexpr ConfigIssue check(const RobustWeightConfig& c) noexcept {
   if (!(c.lambda_w >= 0.01 && c.lambda_w <= 1000))
-    return {"robust_weight.lambda_w", "must be in [0.01, 1000]"};
-  if (!(c.lambda_m >= 0 && c.lambda_m <= 1000))
-    return {"robust_weight.lambda_m", "must be in [0, 1000]"};
+    return {"robust.lambda_w", "must be in [0.01, 1000]"};
+  if (!(c.lambda_m >= 0 && c.lambda_m <= 1000)) return {"robust.lambda_m", "must be in [0, 1000]"};
   return {};
 }
 static_assert(check(RobustWeightConfig{}).key == nullptr, "defaults must be valid");
@@ -61,13 +64,16 @@ struct RobustEvidence {
   std::span<const double> squared;  ///< s_i of each observation in the window, whitened, >= 0
   double previous = 1.0;            ///< w~: the last (fused) weight; 1 for a new feature
   std::uint32_t rounds = 1;  ///< kDynavins: frames in which it was weighed, this one included
+  /// z: what time tells, 1 at rest, 0 moving; NaN: nothing. Only kPerObservation heeds it.
+  double temporal = std::numeric_limits<double>::quiet_NaN();
+  double lambda_z = 0.0;  ///< l_z: fusion.lambda_z times the confidence in z, finite, >= 0
 };
 
 /// The weight in [0, 1] that minimises the loss: exact, no iteration. Parabolas have their minimum
-/// at (l_w + M w~) / (S + l_w + M); Huber's has a slope of straight pieces, whose zero is found
-/// among their ends.
+/// at (l_w + M w~ + l_z z) / (S + l_w + M + l_z); Huber's has a slope of straight pieces, whose
+/// zero is found among their ends.
 /// @returns nullopt when the settings are out of range, there is no observation, or a value is not
-///          finite or negative.
+///          finite or negative; a z of NaN is no such value.
 /// Cost: O(m), kDynavins O(m^2), for m observations; no allocation.
 [[nodiscard]] std::optional<double> robust_weight(const RobustWeightConfig& config,
                                                   const RobustEvidence& evidence) noexcept;

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 #include <random>
+#include <utility>
 #include <vector>
 
 #include <doctest/doctest.h>
@@ -13,7 +14,10 @@ namespace pled {
 namespace {
 
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+/// Those that choose a weight.
 constexpr std::array kModes{RobustMode::kPerObservation, RobustMode::kPaper, RobustMode::kDynavins};
+constexpr std::array kAllModes{RobustMode::kNone, RobustMode::kPerObservation, RobustMode::kPaper,
+                               RobustMode::kDynavins};
 
 double huber(double s) { return s <= 1.0 ? s : 2.0 * std::sqrt(s) - 1.0; }
 
@@ -23,10 +27,14 @@ double by_definition(const RobustWeightConfig& c, const RobustEvidence& e, doubl
   const auto square = [](double x) { return x * x; };
   double loss = 0.0;
   switch (c.mode) {
+    case RobustMode::kNone:
+      for (const double s : e.squared) loss += square(w) * s;
+      return loss;
     case RobustMode::kPerObservation:
       for (const double s : e.squared) {
         loss += square(w) * s + c.lambda_w * square(1 - w) +
                 c.lambda_m * square(std::min(m, 10.0)) * square(e.previous - w);
+        if (!std::isnan(e.temporal)) loss += e.lambda_z * square(e.temporal - w);
       }
       return loss;
     case RobustMode::kPaper:
@@ -92,8 +100,12 @@ TEST_SUITE("backend.robust_weight") {
         const RobustWeightConfig c = with(mode, std::pow(10.0, 4.0 * share(random) - 2.0),
                                           trial % 5 == 0 ? 0.0 : 5.0 * share(random));
         // Weights before it outside [0, 1] push the minimum out of the interval too.
-        const RobustEvidence e{squared, trial % 11 == 0 ? 6.0 * share(random) - 3.0 : share(random),
-                               static_cast<std::uint32_t>(1 + random() % 40)};
+        const RobustEvidence e{
+            .squared = squared,
+            .previous = trial % 11 == 0 ? 6.0 * share(random) - 3.0 : share(random),
+            .rounds = static_cast<std::uint32_t>(1 + random() % 40),
+            .temporal = trial % 3 == 0 ? kNan : share(random),
+            .lambda_z = std::pow(10.0, 4.0 * share(random) - 2.0)};
         const double w = weight(c, e), scanned = scanned_minimiser(c, e);
         CHECK(w >= 0.0);
         CHECK(w <= 1.0);
@@ -183,6 +195,50 @@ TEST_SUITE("backend.robust_weight") {
     CHECK(weight(dynavins, {squared, 0.8, 40}) > weight(dynavins, {squared, 0.8, 1}));
   }
 
+  TEST_CASE("what time tells pulls the weight by its share of the stiffness, and more when sure") {
+    // 8 observations, mean square 2, momentum 0: (8 + 4 z) / (2 + 8 + 4).
+    const auto squared = observations(8, 2.0);
+    const RobustWeightConfig c{.lambda_m = 0.0};
+    for (const double z : {0.0, 0.3, 1.0}) {
+      const RobustEvidence e{.squared = squared, .temporal = z, .lambda_z = 4.0};
+      CHECK(weight(c, e) == doctest::Approx((8 + 4 * z) / 14).epsilon(1e-12));
+    }
+    double last = weight(c, {squared});
+    for (const double lambda_z : {0.01, 1.0, 10.0, 1000.0}) {
+      const double w = weight(c, {.squared = squared, .temporal = 0.1, .lambda_z = lambda_z});
+      CHECK(w < last);
+      CHECK(w > 0.1);
+      last = w;
+    }
+    CHECK(last == doctest::Approx(0.1).epsilon(0.1));
+  }
+
+  TEST_CASE("without evidence of time or trust in it the weight is that of geometry, to the bit") {
+    const auto squared = observations(5, 3.0);
+    for (const RobustMode mode : kModes) {
+      const RobustWeightConfig c = with(mode, 2.0, 0.2);
+      const double geometry = weight(c, {squared, 0.4, 3});
+      for (const auto& [z, lambda_z] : {std::pair{kNan, 4.0}, std::pair{0.0, 0.0}}) {
+        const RobustEvidence e{squared, 0.4, 3, z, lambda_z};
+        CHECK(weight(c, e) == geometry);
+        CHECK(robust_loss(c, e, 0.7) == robust_loss(c, {squared, 0.4, 3}, 0.7));
+      }
+      // Only ours has the term.
+      const RobustEvidence e{squared, 0.4, 3, 0.0, 4.0};
+      CHECK((weight(c, e) < geometry) == (mode == RobustMode::kPerObservation));
+    }
+  }
+
+  TEST_CASE("without a mode every feature weighs 1 and its loss is the sum of squares") {
+    const auto squared = observations(5, 300.0);
+    const RobustWeightConfig c{.mode = RobustMode::kNone};
+    const RobustEvidence e{squared, 0.2, 3, 0.0, 4.0};
+    CHECK(weight(c, e) == 1.0);
+    CHECK(robust_loss(c, e, 1.0) == doctest::Approx(1500.0).epsilon(1e-12));
+    CHECK(robust_loss(c, e, 0.5) == doctest::Approx(by_definition(c, e, 0.5)).epsilon(1e-12));
+    CHECK(observation_gain(c, 300.0, 1.0) == 1.0);
+  }
+
   TEST_CASE("momentum without end keeps the weight, errors without end take it") {
     for (const RobustMode mode : {RobustMode::kPerObservation, RobustMode::kPaper}) {
       const auto squared = observations(8, 4.0);
@@ -217,7 +273,7 @@ TEST_SUITE("backend.robust_weight") {
   TEST_CASE("NaN, infinity, negative squares, no observation and wrong settings are refused") {
     const auto squared = observations(4, 1.0);
     const double inf = std::numeric_limits<double>::infinity();
-    for (const RobustMode mode : kModes) {
+    for (const RobustMode mode : kAllModes) {
       const RobustWeightConfig c = with(mode, 2.0, 0.2);
       CHECK(robust_weight(c, {squared}).has_value());
       CHECK_FALSE(robust_weight(c, {}).has_value());
@@ -228,6 +284,9 @@ TEST_SUITE("backend.robust_weight") {
       }
       CHECK_FALSE(robust_weight(c, {squared, kNan}).has_value());
       CHECK_FALSE(robust_weight(c, {squared, inf}).has_value());
+      CHECK_FALSE(robust_weight(c, {squared, 1.0, 1, inf, 1.0}).has_value());
+      for (const double bad : {kNan, inf, -1.0})
+        CHECK_FALSE(robust_weight(c, {squared, 1.0, 1, 0.5, bad}).has_value());
       for (const double bad : {kNan, inf, -1.0, 1001.0}) {
         CHECK_FALSE(robust_weight(with(mode, bad, 0.2), {squared}).has_value());
         CHECK_FALSE(robust_weight(with(mode, 2.0, bad), {squared}).has_value());
