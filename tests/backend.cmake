@@ -6,6 +6,8 @@ pled_add_tests(test_backend TIMEOUT 1500
     law/backend/feature_noise_test.cpp
     law/backend/residual_test.cpp
     law/backend/window_test.cpp
+    law/backend/solver_test.cpp
+    support/flown_window.cpp
     support/simulated_run.cpp
     unit/backend/backend_test.cpp
   DEPS pled::backend pled::backend_solver pled::consistency)

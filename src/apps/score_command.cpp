@@ -9,7 +9,7 @@
 #include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>
 
-#include "pled_vins/backend/ceres_solver.hpp"
+#include "pled_vins/backend/solvers.hpp"
 #include "pled_vins/evaluation/weights.hpp"
 #include "src/apps/commands.hpp"
 #include "src/apps/json_number.hpp"
@@ -58,7 +58,7 @@ class ScoreCommand final : public Command {
     std::optional<OpenedRecording> opened = open_recording(play_);
     if (!opened) return ExitCode::kFailed;
     if (!has_labels(opened->recording)) return ExitCode::kFailed;
-    const std::unique_ptr<WindowSolver> solver = make_ceres_solver();
+    const std::unique_ptr<WindowSolver> solver = make_solver(SolverKind::kFixed);
     const EstimatorParts parts = opened->build(*solver);
     Progress progress = Progress::on_stderr(opened->played_s());
     ScoreRows rows(opened->recording, opened->rig, progress);

@@ -121,8 +121,6 @@ bool VioPipeline::on_frame(const FrameView& frame, FrameResult& result) noexcept
     backend_.process(measurement_, imu_, output_);
   }
   health_.set(Fault::kEstimatorReset, output_.pose.reset_counter);
-  for (std::size_t i = 0; i < result.temporal.size(); ++i)
-    output_.weights[i].w_temporal = result.temporal[i].of(options_.score);
   result.measurement = &measurement_;
   result.backend = &output_;
   result.pose_at_stamp = carried_back(output_.pose);
@@ -254,6 +252,8 @@ std::optional<NavState> VioPipeline::known_state() const noexcept {
 void VioPipeline::weigh(FrameResult& result) noexcept {
   const StageTimer timer(health_, Stage::kScores);
   result.temporal = cues_.judge(measurement_, imu_, known_state(), gyro_bias(), events_);
+  for (std::size_t i = 0; i < result.temporal.size(); ++i)
+    measurement_.points[i].w_temporal = result.temporal[i].of(options_.score);
 }
 
 }  // namespace pled

@@ -5,7 +5,7 @@
 
 namespace pled {
 
-/// How exactly points are tracked, measured from what the solves leave over. Ours: tracks of a
+/// How exactly points and lines are tracked, measured from what the solves leave over. Ours: tracks of a
 /// sharp picture are ten times as exact as those of a blurred or compressed one, and scale and
 /// biases come out right only when vision and inertia are weighed as they deserve.
 class FeatureNoise {
@@ -14,7 +14,7 @@ class FeatureNoise {
   explicit FeatureNoise(const FeatureSigmas& least_px) noexcept
       : least_px_(least_px), measured_px_(least_px) {}
 
-  /// After a solve, for each kind: follows the median over points of the noise that their own
+  /// After a solve, for each kind: follows the median over landmarks of the noise that their own
   /// residuals show (per degree of freedom, so few sightings do not look exact). A median, because
   /// points that move or are mistracked say nothing about the others.
   void observe(const SlidingWindow& window, const RigCalibration& rig,
@@ -25,8 +25,7 @@ class FeatureNoise {
   [[nodiscard]] FeatureSigmas sigmas_px() const noexcept;
 
  private:
-  void observe_kind(FeatureKind kind, const SlidingWindow& window, const RigCalibration& rig,
-                    const FactorSettings& settings) noexcept;
+  void follow(FeatureKind kind, double now_px) noexcept;
 
   FeatureSigmas least_px_;
   FeatureSigmas measured_px_;

@@ -50,6 +50,7 @@ struct Reliability {
   double temporal = kNoEvidence;     ///< what time tells, of the newest sighting
   double alpha_line = kNoEvidence;   ///< of the paper's fusion, lines only
   std::uint32_t rounds = 0;          ///< frames in which it was weighed
+  std::uint32_t at_rest = 0;         ///< frames on end in which time told that it rests
 };
 
 /// A point in inverse depth, in the camera of its first observation (the anchor): the bearing on

@@ -12,7 +12,7 @@
 
 #include <doctest/doctest.h>
 
-#include "pled_vins/backend/ceres_solver.hpp"
+#include "pled_vins/backend/solvers.hpp"
 #include "src/apps/allocation_counter.hpp"
 #include "support/frontend/tracked_scene.hpp"
 #include "support/pipeline/event_scene.hpp"
@@ -36,7 +36,7 @@ class UncountedSolver final : public WindowSolver {
   [[nodiscard]] int solves() const { return solves_; }
 
  private:
-  std::unique_ptr<WindowSolver> inner_ = make_ceres_solver();
+  std::unique_ptr<WindowSolver> inner_ = make_solver(SolverKind::kFixed);
   std::uint64_t put_aside_ = 0;
   int solves_ = 0;
 };

@@ -1,0 +1,145 @@
+#include "pled_vins/backend/solvers.hpp"
+
+#include <cmath>
+#include <limits>
+#include <memory>
+
+#include <doctest/doctest.h>
+
+#include "pled_vins/backend/feature_loss.hpp"
+#include "pled_vins/backend/sights.hpp"
+#include "tests/support/flown_window.hpp"
+
+namespace pled {
+namespace {
+
+using support::disturb;
+using support::FreeWindow;
+using support::GaugedWindow;
+
+/// Weights of many sizes, as a flight among traffic leaves them.
+void spread_weights(SlidingWindow& window) {
+  std::size_t k = 0;
+  for (Landmark& landmark : window.landmarks)
+    landmark.reliability.w = 0.1 + 0.1 * static_cast<double>(k++ % 10);
+  for (LineLandmark& line : window.lines)
+    line.reliability.w = 0.1 + 0.1 * static_cast<double>(k++ % 10);
+}
+
+/// To the bottom: each call ends early, by its relative tolerance.
+SolveSummary solve_well(SolverKind kind, GaugedWindow& f) {
+  const auto solver = make_solver(kind);
+  SolveSummary summary;
+  for (int round = 0; round < 4; ++round)
+    summary = solver->solve({*f.window, f.rig, f.settings},
+                            {.max_iterations = 50, .hold_weights = true});
+  return summary;
+}
+
+double farthest_state(const SlidingWindow& a, const SlidingWindow& b) {
+  double worst = 0.0;
+  for (std::size_t i = 0; i < a.size(); ++i)
+    worst = std::max(worst, box_minus(a.state(i).x, b.state(i).x).cwiseAbs().maxCoeff());
+  return worst;
+}
+
+template <typename Landmarks>
+void check_weights(const FreeWindow& f, const Landmarks& landmarks) {
+  for (const auto& landmark : landmarks) {
+    if (!landmark.in_solver) continue;
+    auto again = landmark.reliability;
+    weigh(f.settings, squared_sights(*f.window, f.rig, f.settings, landmark).span(), again);
+    CHECK(landmark.reliability.w == doctest::Approx(again.w).epsilon(1e-9));
+    CHECK(landmark.reliability.w > 0.0);
+    CHECK(landmark.reliability.w < 1.0);
+  }
+}
+
+}  // namespace
+
+TEST_SUITE("backend.solver") {
+  TEST_CASE("the fixed solver finds Ceres' optimum, with points, lines, weights and calibration") {
+    for (const bool calibrate : {false, true}) {
+      for (std::uint64_t seed = 1; seed <= 4; ++seed) {
+        CAPTURE(seed);
+        CAPTURE(calibrate);
+        GaugedWindow a;
+        GaugedWindow b;
+        for (GaugedWindow* f : {&a, &b}) {
+          f->settings.estimate_extrinsic = f->settings.estimate_time_shift = calibrate;
+          support::add_lines(*f, 20, seed);
+          spread_weights(*f->window);
+          disturb(*f->window, seed);
+        }
+        const SolveSummary ours = solve_well(SolverKind::kFixed, a);
+        const SolveSummary theirs = solve_well(SolverKind::kCeres, b);
+        REQUIRE(ours.ok);
+        REQUIRE(theirs.ok);
+        CHECK(ours.final_cost == doctest::Approx(theirs.final_cost).epsilon(1e-3));
+        CHECK(farthest_state(*a.window, *b.window) < 1e-4);
+      }
+    }
+  }
+
+  TEST_CASE("a solve leaves each weight at the minimum of its loss") {
+    GaugedWindow f;
+    support::add_lines(f, 20, 3);
+    f.window->landmarks[0].reliability.temporal = 0.1;
+    f.window->lines[0].reliability.temporal = 0.1;
+    disturb(*f.window, 4);
+    const auto solver = make_solver(SolverKind::kFixed);
+    REQUIRE(solver->solve({*f.window, f.rig, f.settings}, {.max_iterations = 8}).ok);
+    check_weights(f, f.window->landmarks);
+    check_weights(f, f.window->lines);
+  }
+
+  TEST_CASE("weights that follow the states come to a lower joint cost than weights that wait") {
+    GaugedWindow a;
+    GaugedWindow b;
+    disturb(*a.window, 5);
+    disturb(*b.window, 5);
+    const auto ours = make_solver(SolverKind::kFixed)
+                          ->solve({*a.window, a.rig, a.settings}, {.max_iterations = 20});
+    const auto held =
+        make_solver(SolverKind::kFixed)
+            ->solve({*b.window, b.rig, b.settings}, {.max_iterations = 20, .hold_weights = true});
+    CHECK(ours.final_cost < held.final_cost);
+  }
+
+  TEST_CASE("a window that nothing fixes in space is solved all the same, without going far") {
+    FreeWindow f;
+    support::add_lines(f, 10, 6);
+    const NavState before = f.window->newest().x;
+    const auto solver = make_solver(SolverKind::kFixed);
+    const SolveSummary summary =
+        solver->solve({*f.window, f.rig, f.settings}, {.max_iterations = 20});
+    CHECK(summary.ok);
+    CHECK(summary.final_cost <= summary.initial_cost);
+    CHECK(box_minus(f.window->newest().x, before).norm() < 0.5);
+  }
+
+  TEST_CASE("a window with a value that is not finite is refused and stays as it was") {
+    GaugedWindow f;
+    disturb(*f.window, 8);
+    f.window->landmarks[0].observations[1].xy[0] = std::numeric_limits<double>::quiet_NaN();
+    f.window->landmarks[0].in_solver = true;
+    const NavState before = f.window->newest().x;
+    const SolveSummary summary =
+        make_solver(SolverKind::kFixed)
+            ->solve({*f.window, f.rig, f.settings}, {.max_iterations = 8});
+    CHECK(box_minus(f.window->newest().x, before).norm() == 0.0);
+    CHECK_FALSE(summary.ok);
+  }
+
+  TEST_CASE("an empty window is refused") {
+    GaugedWindow f;
+    f.window->clear();
+    const SolveSummary summary =
+        make_solver(SolverKind::kFixed)
+            ->solve({*f.window, f.rig, f.settings}, {.max_iterations = 8});
+    CHECK_FALSE(summary.ok);
+    CHECK(summary.iterations == 0);
+  }
+}
+
+}  // namespace pled
