@@ -157,6 +157,30 @@ constexpr std::array kSchema{
     ConfigKey{"backend.init_max_scale_sigma", "", 0.005, 1,
               "largest relative uncertainty of scale to start with",
               PLED_FIELD(backend.init_max_scale_sigma)},
+
+    ConfigKey{"robust.mode", "", 0, 0,
+              "how a feature's weight follows from its errors; none: every weight is 1",
+              PLED_FIELD(backend.robust.mode)},
+    ConfigKey{
+        "robust.lambda_w", "", 0.01, 1000,
+        "squared error that halves a weight, in sigmas: of an observation, or the paper's sum",
+        PLED_FIELD(backend.robust.lambda_w)},
+    ConfigKey{"robust.lambda_m", "", 0, 1000,
+              "hold of the weight before, times the observations squared",
+              PLED_FIELD(backend.robust.lambda_m)},
+
+    ConfigKey{
+        "fusion.mode", "", 0, 0,
+        "what time tells in the weight: nothing, by the paper's rule, or as a term of the loss",
+        PLED_FIELD(backend.fusion.mode)},
+    ConfigKey{"fusion.alpha0", "", 0, 1, "paper: share of what time tells where geometry agrees",
+              PLED_FIELD(backend.fusion.alpha0)},
+    ConfigKey{"fusion.tau", "", 0.01, 10,
+              "paper: difference of the two at which that share has fallen to 1/e",
+              PLED_FIELD(backend.fusion.tau)},
+    ConfigKey{"fusion.lambda_z", "", 0, 1000,
+              "prior: pull to what time tells, in the units of robust.lambda_w",
+              PLED_FIELD(backend.fusion.lambda_z)},
 };
 
 #undef PLED_FIELD
