@@ -1,6 +1,7 @@
 #include "src/apps/estimator_storage.hpp"
 
 #include <array>
+#include <memory>
 #include <optional>
 
 #include "pled_vins/core/check.hpp"
@@ -36,8 +37,11 @@ PLED_SENSOR_STORAGE(kWvga, storage_wvga);
 PLED_SENSOR_STORAGE(kHd, storage_hd);
 #endif
 
+struct ClassStorage;
+
 /// Memory that every class needs alike.
 struct CommonStorage {
+  const ClassStorage* in_use = nullptr;
   ImuHistory imu;
   Health health;
   std::optional<FrameTracker> tracker;
@@ -80,6 +84,7 @@ struct ClassStorage {
   const limits::SensorClass* sensor;
   FrameTrackerBuffers (*tracker)();
   EventStageBuffers (*events)();
+  void (*renew)();
   std::span<const BufferInfo> table;
 };
 
@@ -93,12 +98,24 @@ EventStageBuffers events_of() {
   return storage.events.view();
 }
 
+/// In place: a copy would not fit on the stack.
+template <typename Storage>
+void renew_in_place(Storage& storage) {
+  std::destroy_at(&storage);
+  std::construct_at(&storage);
+}
+
+template <auto& storage>
+void renew() {
+  renew_in_place(storage);
+}
+
 template <auto& storage>
 constexpr auto kTable = table_of<std::remove_reference_t<decltype(storage)>>();
 
 template <auto& storage>
 constexpr ClassStorage class_storage(const limits::SensorClass& sensor) {
-  return {&sensor, tracker_of<storage>, events_of<storage>, kTable<storage>};
+  return {&sensor, tracker_of<storage>, events_of<storage>, renew<storage>, kTable<storage>};
 }
 
 constexpr std::array kClassStorage = {
@@ -131,7 +148,8 @@ EstimatorParts build_estimator(const limits::SensorClass& sensor, const RigCalib
                                const EstimatorSettings& settings, WindowSolver& solver) {
   const ClassStorage* storage = find(sensor);
   PLED_CHECK(storage != nullptr);
-  PLED_CHECK(!common.pipeline.has_value());
+  PLED_CHECK(common.in_use == nullptr);
+  common.in_use = storage;
   common.tracker.emplace(settings.frontend, Camera(rig.cameras[rig.frame_camera]),
                          storage->tracker(),
                          TrackerRole{rig.frame_camera, FeatureKind::kImagePoint});
@@ -144,6 +162,13 @@ EstimatorParts build_estimator(const limits::SensorClass& sensor, const RigCalib
           &*common.tracker, common.events ? &*common.events : nullptr,
           &*common.backend, &*common.pipeline,
           &*common.runner};
+}
+
+void release_estimator() noexcept {
+  const ClassStorage* storage = common.in_use;
+  if (storage == nullptr) return;
+  renew_in_place(common);
+  storage->renew();
 }
 
 const limits::SensorClass* smallest_class(int width_px, int height_px) noexcept {

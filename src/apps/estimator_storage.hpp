@@ -42,11 +42,15 @@ struct EstimatorSettings {
 };
 
 /// Builds the estimator in the static memory of `sensor`, which must have some in
-/// this build. Once a process: the memory is one.
+/// this build. The memory is one: before another is built, this one must be released.
 [[nodiscard]] EstimatorParts build_estimator(const limits::SensorClass& sensor,
                                              const RigCalibration& rig,
                                              const EstimatorSettings& settings,
                                              WindowSolver& solver);
+
+/// Ends the estimator and leaves its memory as the process found it: the next one built knows
+/// nothing of it. The parts are gone. Does nothing when there is none.
+void release_estimator() noexcept;
 
 /// The smallest class that holds a sensor of this size; null when none does.
 [[nodiscard]] const limits::SensorClass* smallest_class(int width_px, int height_px) noexcept;

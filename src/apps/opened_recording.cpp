@@ -158,6 +158,20 @@ EstimatorParts OpenedRecording::build(WindowSolver& solver) const {
   return build_estimator(*sensor, rig, settings, solver);
 }
 
+bool OpenedRecording::rewind() {
+  replay::Problems problems;
+  std::vector<std::int64_t> stamps_ns;  // pictures bring their own
+  if (!options.use_frames) stamps_ns = observation_times_ns(recording, problems);
+  std::optional<Streams> again = open_streams(recording, options, stamps_ns, problems);
+  // Whatever does not stand in the way was told when the recording was opened.
+  if (!again) {
+    print_problems(problems);
+    return false;
+  }
+  streams = std::move(*again);
+  return true;
+}
+
 RunSpan OpenedRecording::span() const {
   RunSpan span{Duration::from_s(options.start_s), std::nullopt};
   if (options.duration_s) span.length = Duration::from_s(*options.duration_s);

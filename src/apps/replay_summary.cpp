@@ -7,46 +7,13 @@
 #include <vector>
 
 #include "src/apps/output_report.hpp"
+#include "src/apps/recorded_truth.hpp"
 #include "src/apps/run_problems.hpp"
 #include "src/apps/text.hpp"
 #include "src/apps/version.hpp"
 
 namespace pled::apps {
 namespace {
-
-/// The observations that were played, for the coverage.
-std::optional<FrameSpan> played_frames(const ReplayFacts& facts) {
-  if (!facts.end.first_stamp_ns || !facts.end.last_stamp_ns) return std::nullopt;
-  std::optional<FrameSpan> span = facts.observations;
-  if (!span) return std::nullopt;
-  span->first_ns = *facts.end.first_stamp_ns;
-  span->last_ns = *facts.end.last_stamp_ns;
-  return span;
-}
-
-/// Reads the truth, passing over unreadable lines.
-Trajectory read_truth(const replay::Recording& recording) {
-  Trajectory truth;
-  replay::Problems problems;
-  auto opened = recording.open_truth(problems);
-  if (!opened.ok()) return truth;
-  for (;;) {
-    const auto state = opened.value().next();
-    if (!state.ok()) {
-      if (state.error().code == ErrorCode::kBadNumber) continue;
-      break;
-    }
-    const replay::TruthState& s = state.value();
-    if (!truth.empty() && s.stamp_ns <= truth.back().stamp_ns) continue;
-    const auto& q = s.q_world_body_xyzw;
-    truth.push_back({s.stamp_ns, Pose{Eigen::Quaterniond(q[3], q[0], q[1], q[2]).normalized(),
-                                      Eigen::Vector3d(s.p_world_body_m.data())}});
-  }
-  if (opened.value().malformed() > 0)
-    print_note("the truth has " + std::to_string(opened.value().malformed()) +
-               " unreadable lines, the last: " + std::string(opened.value().last_message()));
-  return truth;
-}
 
 /// Compares what was written with the truth. Only here, after the run, memory grows with the
 /// length.
@@ -59,7 +26,8 @@ AccuracyReport accuracy(const ReplayFacts& facts) {
   }
   const Trajectory truth = read_truth(facts.recording);
   if (truth.empty()) return {};
-  const Evaluation e = evaluate(std::get<Trajectory>(written), truth, played_frames(facts));
+  const Evaluation e =
+      evaluate(std::get<Trajectory>(written), truth, played_frames(facts.observations, facts.end));
   return {e.ate_rmse_m, e.mpe_percent, e.rpe_trans_m, e.rpe_rot_deg, e.coverage};
 }
 
