@@ -29,6 +29,10 @@ Segment segment_of(const LineMeasurement& line, const FlatPixels& flat) noexcept
   return segment;
 }
 
+bool is_large_enough(const CameraCalibration& camera) noexcept {
+  return std::min(camera.width_px, camera.height_px) >= LineDetector::kMinSide_px;
+}
+
 std::optional<Eigen::Quaterniond> in_camera(const std::optional<Eigen::Quaterniond>& R_body,
                                             const Eigen::Quaterniond& R_body_cam) noexcept {
   if (!R_body) return std::nullopt;
@@ -44,10 +48,10 @@ LineStage::LineStage(const LineStageConfig& config, const RigCalibration& rig,
       R_body_frames_(rig.cameras[rig.frame_camera].T_body_cam.q),
       R_body_events_(rig.cameras[rig.event_camera].T_body_cam.q),
       event_flat_(Camera(rig.cameras[rig.event_camera])) {
-  if (from_frames(config.source))
+  if (from_frames(config.source) && is_large_enough(rig.cameras[rig.frame_camera]))
     frames_.emplace(config.tracking, Camera(rig.cameras[rig.frame_camera]), buffers,
                     LineRole{rig.frame_camera, LinePicture::kGrey, kFirstImageLineId});
-  if (from_events(config.source))
+  if (from_events(config.source) && is_large_enough(rig.cameras[rig.event_camera]))
     events_.emplace(config.tracking, picture_camera(config.event_picture, event_flat_.camera()),
                     buffers,
                     LineRole{rig.event_camera, kind_of(config.event_picture), kFirstEventLineId});

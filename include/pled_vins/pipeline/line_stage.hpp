@@ -22,6 +22,7 @@ struct LinePictures {
 /// Lines of each observation, followed through frames, through pictures drawn from events, or both.
 class LineStage {
  public:
+  /// A camera of fewer pixels than LineDetector::kMinSide_px a side shows no lines.
   /// @param buffers  used by both kinds in turn; they hold the pictures of either camera
   LineStage(const LineStageConfig& config, const RigCalibration& rig,
             const LineBuffers& buffers) noexcept;
