@@ -13,7 +13,7 @@ namespace pled {
 
 /// Where one setting lives; the alternative is its type.
 using ConfigField = std::variant<double*, int*, bool*, std::string*, TemporalScore*, EventPicture*,
-                                 RobustMode*, FusionMode*>;
+                                 LineSource*, RobustMode*, FusionMode*>;
 
 /// How a settings file and the command line call them.
 inline constexpr std::array kTemporalScoreNames{
@@ -25,6 +25,13 @@ inline constexpr std::array kTemporalScoreNames{
 inline constexpr std::array kEventPictureNames{
     std::pair{EventPicture::kBrightness, std::string_view("brightness")},
     std::pair{EventPicture::kTimeSurface, std::string_view("time_surface")},
+};
+
+inline constexpr std::array kLineSourceNames{
+    std::pair{LineSource::kNone, std::string_view("none")},
+    std::pair{LineSource::kEvents, std::string_view("events")},
+    std::pair{LineSource::kFrames, std::string_view("frames")},
+    std::pair{LineSource::kBoth, std::string_view("both")},
 };
 
 inline constexpr std::array kRobustModeNames{
@@ -46,6 +53,9 @@ inline constexpr std::array kFusionModeNames{
 }
 [[nodiscard]] constexpr const auto& names_of(EventPicture /*kind*/) noexcept {
   return kEventPictureNames;
+}
+[[nodiscard]] constexpr const auto& names_of(LineSource /*kind*/) noexcept {
+  return kLineSourceNames;
 }
 [[nodiscard]] constexpr const auto& names_of(RobustMode /*kind*/) noexcept {
   return kRobustModeNames;
