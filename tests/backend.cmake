@@ -13,7 +13,8 @@ pled_add_tests(test_backend TIMEOUT 1500
   DEPS pled::backend pled::backend_solver pled::consistency)
 
 pled_add_tests(test_backend_law LABEL law
-  SOURCES law/backend/line_residual_test.cpp
+  SOURCES law/backend/adaptive_fusion_test.cpp
+          law/backend/line_residual_test.cpp
           law/backend/robust_weight_test.cpp
   DEPS pled::backend)
 

@@ -37,7 +37,7 @@ struct Streams {
   [[nodiscard]] RunSources sources() const;
 };
 
-/// A recording with its calibration, ready to be played once.
+/// A recording with its calibration, ready to be played once, and again after each rewind().
 struct OpenedRecording {
   PlayOptions options;
   AppConfig config;
@@ -49,6 +49,8 @@ struct OpenedRecording {
   Streams streams;
 
   [[nodiscard]] EstimatorParts build(WindowSolver& solver) const;
+  /// Opens the streams anew, each at its beginning. Prints why when that fails, and is false.
+  [[nodiscard]] bool rewind();
   [[nodiscard]] RunSpan span() const;
   /// Seconds that will be played.
   [[nodiscard]] double played_s() const;

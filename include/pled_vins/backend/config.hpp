@@ -33,9 +33,9 @@ struct BackendConfig {
   double init_min_span_s = 0.4;         ///< shortest motion to start from, 0.2 ... 5
   double init_max_span_s = 2.4;         ///< longest motion to look back at, 0.3 ... 5
   double init_max_scale_sigma =
-      0.1;  ///< largest accepted relative uncertainty of scale, 0.005 ... 1
-  RobustWeightConfig robust;
-  FusionConfig fusion;
+      0.1;                    ///< largest accepted relative uncertainty of scale, 0.005 ... 1
+  RobustWeightConfig robust;  ///< the weight of a feature by its errors
+  FusionConfig fusion;        ///< and how what time tells goes into it
 };
 
 [[nodiscard]] constexpr ConfigIssue check(const BackendConfig& c) noexcept {
@@ -80,7 +80,8 @@ struct BackendConfig {
     return {"backend.init_max_span_s", "must be in [0.3, 5] and at least init_min_span_s"};
   if (!(c.init_max_scale_sigma >= 0.005 && c.init_max_scale_sigma <= 1))
     return {"backend.init_max_scale_sigma", "must be in [0.005, 1]"};
-  return {};
+  if (const ConfigIssue issue = check(c.robust); issue.key != nullptr) return issue;
+  return check(c.fusion);
 }
 static_assert(check(BackendConfig{}).key == nullptr, "defaults must be valid");
 
