@@ -123,8 +123,8 @@ std::optional<LineBand> read_line_band(const AnchoredMap& map, BinNumber last,
   const int rows = course->steep ? map.width_px() : map.height_px();
   constexpr double kHalf_px = 0.5 * kBandWidth_px;
   const double beyond = kHalf_px * std::abs(v.y());  // the corners of the band's ends
-  const Steps along = whole_numbers(course->start.x() - beyond,
-                                    course->start.x() + course->length_px * v.x() + beyond, columns);
+  const Steps along = whole_numbers(
+      course->start.x() - beyond, course->start.x() + course->length_px * v.x() + beyond, columns);
   const int stride = (along.last - along.first) / kMaxBandColumns + 1;
   BandReader reader(map, last, form);
   for (int a = along.first; a <= along.last; a += stride) {
