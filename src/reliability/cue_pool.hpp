@@ -3,9 +3,13 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstddef>
+#include <optional>
+#include <span>
 
 #include <Eigen/Core>
 
+#include "pled_vins/core/messages.hpp"
 #include "pled_vins/geometry/pose.hpp"
 
 /// What the cues of points and of lines have in common while neighbours are pooled.
@@ -76,6 +80,17 @@ struct Nearness {
   const Eigen::Vector3d q = T_other_cam.q * Eigen::Vector3d(bearing_xy[0], bearing_xy[1], 1.0) +
                             inverse_depth_pm * T_other_cam.p;
   return q.head<2>() / std::max(q.z(), kLeastZ);
+}
+
+/// The index of a feature of an earlier frame. Tracks keep their order, so it stands at its last
+/// place, the hint, or before it; looked for from there on first.
+[[nodiscard]] inline std::optional<std::size_t> find(std::span<const FeatureId> ids, FeatureId id,
+                                                     std::size_t hint) noexcept {
+  for (std::size_t i = std::min(hint, ids.size()); i < ids.size(); ++i)
+    if (ids[i] == id) return i;
+  for (std::size_t i = 0; i < std::min(hint, ids.size()); ++i)
+    if (ids[i] == id) return i;
+  return std::nullopt;
 }
 
 }  // namespace pled::cue

@@ -52,16 +52,6 @@ DepthFit best_inverse_depth(std::span<const Sight> sights) noexcept {
   return fit;
 }
 
-std::optional<std::size_t> find(std::span<const FeatureId> ids, FeatureId id,
-                                std::size_t hint) noexcept {
-  // Tracks keep their order, so a point stands at its last place or before it.
-  for (std::size_t i = std::min(hint, ids.size()); i < ids.size(); ++i)
-    if (ids[i] == id) return i;
-  for (std::size_t i = 0; i < std::min(hint, ids.size()); ++i)
-    if (ids[i] == id) return i;
-  return std::nullopt;
-}
-
 /// What is known of the points of one frame while they are pooled.
 struct Pool {
   std::size_t n = 0;
@@ -116,7 +106,7 @@ std::optional<Eigen::Vector2d> MotionCue::bearing(FeatureId id, std::size_t back
                                                   std::size_t hint) const noexcept {
   if (back >= num_past_) return std::nullopt;
   const PastFrame& frame = past(back);
-  const std::optional<std::size_t> at = find({frame.ids.data(), frame.ids.size()}, id, hint);
+  const std::optional<std::size_t> at = cue::find({frame.ids.data(), frame.ids.size()}, id, hint);
   if (!at) return std::nullopt;
   return Eigen::Vector2d(frame.bearings[*at][0], frame.bearings[*at][1]);
 }
@@ -149,7 +139,7 @@ void MotionCue::fit_depth(const PointMeasurement& point, std::size_t index,
   for (std::size_t back = 0; back < known; ++back) {
     const PastFrame& frame = past(back);
     const std::optional<std::size_t> at =
-        find({frame.ids.data(), frame.ids.size()}, point.id, hint);
+        cue::find({frame.ids.data(), frame.ids.size()}, point.id, hint);
     if (!at) break;  // a track has no holes
     hint = *at;
     const Pose T_then_now = (T_world_body[back + 1] * camera.T_body_cam).inverse() * T_world_now;

@@ -21,7 +21,8 @@ inline constexpr std::uint32_t kFewestBandPixels = 5;
 
 /// What the entropy-recency map says along a line. Means are over the pixels that speak.
 struct LineBand {
-  double s = 0.0;  ///< eq. (7): mean of s with weights exp(-delta^2 / 2 sigma^2), delta off the line
+  double s =
+      0.0;  ///< eq. (7): mean of s with weights exp(-delta^2 / 2 sigma^2), delta off the line
   double count_reliability = 1.0;  ///< event_count_reliability(), with the same weights
   /// Mean gradient of q, 1/px, along x and y of the map; part of eq. (17).
   Eigen::Vector2d gradient = Eigen::Vector2d::Zero();
