@@ -123,6 +123,8 @@ bool VioPipeline::on_frame(const FrameView& frame, FrameResult& result) noexcept
   health_.set(Fault::kEstimatorReset, output_.pose.reset_counter);
   for (std::size_t i = 0; i < result.temporal.size(); ++i)
     output_.weights[i].w_temporal = result.temporal[i].of(options_.score);
+  for (std::size_t i = 0; i < output_.line_weights.size(); ++i)
+    output_.line_weights[i].w_temporal = result.temporal_lines[i].of(options_.score);
   result.measurement = &measurement_;
   result.backend = &output_;
   result.pose_at_stamp = carried_back(output_.pose);
@@ -254,6 +256,8 @@ std::optional<NavState> VioPipeline::known_state() const noexcept {
 void VioPipeline::weigh(FrameResult& result) noexcept {
   const StageTimer timer(health_, Stage::kScores);
   result.temporal = cues_.judge(measurement_, imu_, known_state(), gyro_bias(), events_);
+  result.temporal_lines = cues_.lines();
+  cues_.write(options_.score, measurement_);
 }
 
 }  // namespace pled

@@ -82,6 +82,15 @@ struct Nearness {
   return q.head<2>() / std::max(q.z(), kLeastZ);
 }
 
+/// Squared distance of a point to the segment from `a` to `b`.
+[[nodiscard]] inline double squared_distance(const Eigen::Vector2d& p, const Eigen::Vector2d& a,
+                                             const Eigen::Vector2d& b) noexcept {
+  const Eigen::Vector2d along = b - a;
+  const double length2 = along.squaredNorm();
+  const double s = length2 > 0.0 ? std::clamp(along.dot(p - a) / length2, 0.0, 1.0) : 0.0;
+  return (p - a - s * along).squaredNorm();
+}
+
 /// The index of a feature of an earlier frame. Tracks keep their order, so it stands at its last
 /// place, the hint, or before it; looked for from there on first.
 [[nodiscard]] inline std::optional<std::size_t> find(std::span<const FeatureId> ids, FeatureId id,

@@ -8,7 +8,6 @@
 namespace pled::cue {
 namespace {
 
-constexpr double kLeastNormal = 1e-6;  // of m_xy, of a line seen across the plane z = 1
 constexpr double kRidge = 1e-12;
 /// Ours: inverse depths are spread by so much; a depth is free when as much is seen above noise.
 constexpr double kSpread_pm = 0.5;
@@ -90,7 +89,7 @@ LineSight sight_of(const Pose& T_then_now, const std::array<Eigen::Vector3d, 2>&
   const Eigen::Vector3d a = T_then_now.q * now[0];
   const Eigen::Vector3d b = T_then_now.q * now[1];
   // Divided by the angle between the ends, so that lengths of m are those of its direction.
-  const double scale = 1.0 / std::max(now[0].cross(now[1]).norm(), kLeastNormal);
+  const double scale = 1.0 / now[0].cross(now[1]).norm();
   return {scale * a.cross(b),
           {scale * T_then_now.p.cross(b), -scale * T_then_now.p.cross(a)},
           {then[0].homogeneous(), then[1].homogeneous()}};

@@ -9,6 +9,9 @@
 
 namespace pled::cue {
 
+/// Ends at a smaller angle are no line, and one whose plane is as near to z = 1 has no picture.
+inline constexpr double kLeastNormal = 1e-6;
+
 /// One earlier sight of a line. As seen from there the moment of the line through p_1 / rho_1 and
 /// p_2 / rho_2, p the ends seen now, is, up to a factor,
 ///   m = n + rho_1 by_rho[0] + rho_2 by_rho[1],
@@ -19,6 +22,7 @@ struct LineSight {
   std::array<Eigen::Vector3d, 2> ends;  ///< (x, y, 1), seen then
 };
 
+/// @param now, then  the ends, those now kLeastNormal or more apart
 [[nodiscard]] LineSight sight_of(const Pose& T_then_now, const std::array<Eigen::Vector3d, 2>& now,
                                  const std::array<Eigen::Vector2d, 2>& then) noexcept;
 

@@ -23,10 +23,7 @@ struct Place {
   [[nodiscard]] Eigen::Vector2d middle() const noexcept { return 0.5 * (start + end); }
   /// Squared distance of a point to the segment.
   [[nodiscard]] double squared_distance(const Eigen::Vector2d& p) const noexcept {
-    const Eigen::Vector2d along = end - start;
-    const double length2 = along.squaredNorm();
-    const double s = length2 > 0.0 ? std::clamp(along.dot(p - start) / length2, 0.0, 1.0) : 0.0;
-    return (p - start - s * along).squaredNorm();
+    return cue::squared_distance(p, start, end);
   }
 };
 
@@ -144,12 +141,13 @@ void LineMotionCue::fit(const LineMeasurement& line, std::size_t index,
   const std::array<Eigen::Vector3d, 2> now{
       Eigen::Vector3d(line.bearing_xy[0][0], line.bearing_xy[0][1], 1.0),
       Eigen::Vector3d(line.bearing_xy[1][0], line.bearing_xy[1][1], 1.0)};
+  if (!(now[0].cross(now[1]).norm() > cue::kLeastNormal)) return;
   std::array<cue::LineSight, limits::kCueFrames> sights;
   std::size_t n = 0;
   const std::size_t known = std::min(num_past_, T_world_body.size() - 1);
   for (std::size_t back = 0; back < known; ++back) {
     const auto seen = ends(line.id, back, index);  // a line may be missing for a picture or two
-    if (!seen) continue;
+    if (!seen || !(*seen)[0].allFinite() || !(*seen)[1].allFinite()) continue;
     const Pose T_then_now = (T_world_body[back + 1] * camera.T_body_cam).inverse() * T_world_now;
     sights[n++] = cue::sight_of(T_then_now, now, *seen);
   }

@@ -71,6 +71,7 @@ void add_nearness(std::span<const MotionEvidence> evidence, Pool& pool) noexcept
     nearness[i] =
         cue::nearness_of(evidence[i].inverse_depth_pm, evidence[i].inverse_depth_sigma_pm);
     for (std::size_t k = 0; k < i; ++k) {
+      if (evidence[k].frames == 0) continue;
       const double near =
           cue::closeness((pool.place[i] - pool.place[k]).squaredNorm(), cue::kNearnessRadius);
       weights[i] += nearness[k].sure * near;
@@ -148,6 +149,7 @@ void MotionCue::fit_depth(const PointMeasurement& point, std::size_t index,
   }
   if (n == 0) return;
   const DepthFit fit = best_inverse_depth(std::span(sights).first(n));
+  if (!std::isfinite(fit.squares) || !std::isfinite(fit.sigma)) return;
   const double focal_px = mean_focal_px(camera);
   const bool of_events = point.kind == FeatureKind::kEventPoint;
   const double noise_px = cue::kNoiseOfEven * (of_events ? config_.event_even_px : config_.even_px);

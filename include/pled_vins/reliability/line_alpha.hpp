@@ -1,5 +1,8 @@
 #pragma once
 
+#include <array>
+#include <span>
+
 #include <Eigen/Core>
 
 #include "pled_vins/reliability/entropy_recency.hpp"
@@ -17,6 +20,28 @@ inline constexpr double kUnknownAlpha = 0.5;
 inline constexpr double kMotionEpsilon_px = 0.1;
 inline constexpr double kAlignmentEpsilon = 1e-3;
 inline constexpr double kLeastGradient = 0.02;
+
+/// Where a point is seen, and how far it went since the last sight.
+struct PointMotion {
+  Eigen::Vector2d at_px;
+  Eigen::Vector2d by_px;
+};
+
+/// Ours: points within this of a line speak for its motion along itself, three of them or more.
+inline constexpr double kPointsBeside_px = 30.0;
+inline constexpr std::size_t kFewestPointsBeside = 3;
+/// Ours: a segment that became longer or shorter by a larger part has lost an end.
+inline constexpr double kSameLength = 0.1;
+
+/// m of eqs. (16) and (17): how far a line went. Across itself by the mean distance of the present
+/// ends from the earlier line. Along itself, where a line shows nothing, by the median of the
+/// points beside it; with too few of them by the segment's middle, if both ends are real ones and
+/// the length stayed the same; else 0.
+/// @param real_ends  neither end is where the picture stops
+[[nodiscard]] Eigen::Vector2d line_motion(const std::array<Eigen::Vector2d, 2>& then_px,
+                                          const std::array<Eigen::Vector2d, 2>& now_px,
+                                          bool real_ends,
+                                          std::span<const PointMotion> points) noexcept;
 
 /// Share of the motion that is across the line, in [0, 1]:
 ///   p_n = |m_n| / (|m_n| + |m_t| + epsilon)                                        eq. (16)
