@@ -6,7 +6,7 @@
 #include <string>
 #include <utility>
 
-#include "pled_vins/backend/ceres_solver.hpp"
+#include "pled_vins/backend/solvers.hpp"
 #include "pled_vins/evaluation/evaluate.hpp"
 #include "src/apps/recorded_truth.hpp"
 #include "src/apps/run_problems.hpp"
@@ -112,7 +112,7 @@ std::optional<AblationResult> AblationRuns::play(const Ablation& ablation) {
     opened_.options.start_s = k * kAblationStartStep_s;
     if (whole_end_ && !opened_.rewind()) return std::nullopt;
     release_estimator();
-    const std::unique_ptr<WindowSolver> solver = make_ceres_solver();
+    const std::unique_ptr<WindowSolver> solver = make_solver(SolverKind::kFixed);
     const EstimatorParts parts = opened_.build(*solver);
     LabelledFeatures features(opened_.recording, opened_.rig);
     RunRecord record(k == 0 ? &features : nullptr, progress_, played_s_,

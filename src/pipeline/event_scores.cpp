@@ -76,16 +76,22 @@ void EventScores::observe(Timestamp t) noexcept {
   last_bin_ = clock_.on_frame(t);
 }
 
-std::optional<PixelScore> EventScores::read(const Eigen::Vector3d& ray_cam, const TurnHistory& turn,
-                                            ScorePooling pooling, ScoreForm form) const noexcept {
+std::optional<Eigen::Vector2d> EventScores::place(const Eigen::Vector3d& ray_cam,
+                                                  const TurnHistory& turn) const noexcept {
   const std::optional<Timestamp> anchor = map_.reference();
   if (!anchor) return std::nullopt;
   const std::optional<Eigen::Quaterniond> R_anchor_now = turn.rotation(*anchor, observed_);
   if (!R_anchor_now) return std::nullopt;
   const Eigen::Vector3d ray = *R_anchor_now * ray_cam;
   if (!(ray.z() > 0.0)) return std::nullopt;
-  return map_.read(grid_.fx_px * ray.x() / ray.z() + grid_.cx_px,
-                   grid_.fy_px * ray.y() / ray.z() + grid_.cy_px, last_bin_, pooling, form);
+  return Eigen::Vector2d(grid_.fx_px * ray.x() / ray.z() + grid_.cx_px,
+                         grid_.fy_px * ray.y() / ray.z() + grid_.cy_px);
+}
+
+std::optional<PixelScore> EventScores::read(const Eigen::Vector3d& ray_cam, const TurnHistory& turn,
+                                            ScorePooling pooling, ScoreForm form) const noexcept {
+  const std::optional<Eigen::Vector2d> px = place(ray_cam, turn);
+  return px ? map_.read(px->x(), px->y(), last_bin_, pooling, form) : std::nullopt;
 }
 
 }  // namespace pled

@@ -147,6 +147,19 @@ std::optional<PixelScore> EventStage::score(const Eigen::Vector3d& ray_cam, Scor
   return scores_.read(ray_cam, turn_, pooling, form);
 }
 
+std::optional<Eigen::Vector2d> EventStage::map_place(
+    const Eigen::Vector3d& ray_cam) const noexcept {
+  if (!config_.keep_map) return std::nullopt;
+  return scores_.place(ray_cam, turn_);
+}
+
+std::optional<LineBand> EventStage::line_band(const Eigen::Vector2d& start_px,
+                                              const Eigen::Vector2d& end_px,
+                                              ScoreForm form) const noexcept {
+  if (!config_.keep_map) return std::nullopt;
+  return scores_.read_band(start_px, end_px, form);
+}
+
 void EventStage::correct_clock(Duration shift) noexcept {
   shift_ = shift_ + shift;
   reset();  // the turn is kept on the events' clock

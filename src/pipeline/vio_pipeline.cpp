@@ -269,8 +269,8 @@ std::optional<NavState> VioPipeline::known_state() const noexcept {
 void VioPipeline::weigh(FrameResult& result) noexcept {
   const StageTimer timer(health_, Stage::kScores);
   result.temporal = cues_.judge(measurement_, imu_, known_state(), gyro_bias(), events_);
-  for (std::size_t i = 0; i < result.temporal.size(); ++i)
-    measurement_.points[i].w_temporal = result.temporal[i].of(options_.score);
+  result.temporal_lines = cues_.lines();
+  cues_.write(options_.score, measurement_);
 }
 
 }  // namespace pled

@@ -106,6 +106,14 @@ class EventStage {
                                                 ScorePooling pooling,
                                                 ScoreForm form) const noexcept;
 
+  /// The pixel of the map where a ray of the event camera falls at the last observation, and what
+  /// the map says along a line between two such. nullopt: as of EventScores, or no map is kept.
+  [[nodiscard]] std::optional<Eigen::Vector2d> map_place(
+      const Eigen::Vector3d& ray_cam) const noexcept;
+  [[nodiscard]] std::optional<LineBand> line_band(const Eigen::Vector2d& start_px,
+                                                  const Eigen::Vector2d& end_px,
+                                                  ScoreForm form) const noexcept;
+
   /// Says that the times of observations given so far were early by `shift`.
   void shift_clock(Duration shift) noexcept { points_.shift_clock(shift); }
   /// Says that event stamps are early by so much more than time_shift() tells, which it tells from

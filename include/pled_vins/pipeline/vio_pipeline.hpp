@@ -28,6 +28,7 @@ struct FrameResult {
   PoseEstimate pose_at_stamp;
   /// One per point of the measurement, in its order.
   std::span<const TemporalWeights> temporal;
+  std::span<const TemporalWeights> temporal_lines;  ///< the same of lines
 };
 
 /// How a pipeline works.

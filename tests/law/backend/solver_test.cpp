@@ -36,6 +36,13 @@ SolveSummary solve_well(SolverKind kind, GaugedWindow& f) {
   return summary;
 }
 
+/// What is to be minimised, by one measure for both.
+double cost_of(GaugedWindow& f) {
+  return make_solver(SolverKind::kFixed)
+      ->solve({*f.window, f.rig, f.settings}, {.max_iterations = 0, .hold_weights = true})
+      .final_cost;
+}
+
 double farthest_state(const SlidingWindow& a, const SlidingWindow& b) {
   double worst = 0.0;
   for (std::size_t i = 0; i < a.size(); ++i)
@@ -75,7 +82,7 @@ TEST_SUITE("backend.solver") {
         const SolveSummary theirs = solve_well(SolverKind::kCeres, b);
         REQUIRE(ours.ok);
         REQUIRE(theirs.ok);
-        CHECK(ours.final_cost == doctest::Approx(theirs.final_cost).epsilon(1e-3));
+        CHECK(cost_of(a) == doctest::Approx(cost_of(b)).epsilon(1e-3));
         CHECK(farthest_state(*a.window, *b.window) < 1e-4);
       }
     }
@@ -106,16 +113,20 @@ TEST_SUITE("backend.solver") {
     CHECK(ours.final_cost < held.final_cost);
   }
 
-  TEST_CASE("a window that nothing fixes in space is solved all the same, without going far") {
+  TEST_CASE("a window that nothing fixes in space is solved all the same, to the same motion") {
     FreeWindow f;
     support::add_lines(f, 10, 6);
-    const NavState before = f.window->newest().x;
-    const auto solver = make_solver(SolverKind::kFixed);
+    const auto way = [&] {
+      const NavState& first = f.window->state(0).x;
+      return Eigen::Vector3d(first.q_wb.conjugate() * (f.window->newest().x.p_wb - first.p_wb));
+    };
+    const Eigen::Vector3d before = way();
     const SolveSummary summary =
-        solver->solve({*f.window, f.rig, f.settings}, {.max_iterations = 20});
+        make_solver(SolverKind::kFixed)
+            ->solve({*f.window, f.rig, f.settings}, {.max_iterations = 20});
     CHECK(summary.ok);
-    CHECK(summary.final_cost <= summary.initial_cost);
-    CHECK(box_minus(f.window->newest().x, before).norm() < 0.5);
+    CHECK(summary.final_cost < summary.initial_cost);
+    CHECK((way() - before).norm() < 0.1 * before.norm());
   }
 
   TEST_CASE("a window with a value that is not finite is refused and stays as it was") {
