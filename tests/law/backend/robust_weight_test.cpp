@@ -201,7 +201,7 @@ TEST_SUITE("backend.robust_weight") {
   TEST_CASE("what time tells pulls the weight by its share of the stiffness, and more when sure") {
     // 8 observations, mean square 2, momentum 0: (8 + 4 z) / (2 + 8 + 4).
     const auto squared = observations(8, 2.0);
-    const RobustWeightConfig c{.lambda_m = 0.0};
+    const RobustWeightConfig c{.lambda_w = 8.0, .lambda_m = 0.0};
     for (const double z : {0.0, 0.3, 1.0}) {
       const RobustEvidence e{.squared = squared, .temporal = z, .lambda_z = 4.0};
       CHECK(weight(c, e) == doctest::Approx((8 + 4 * z) / 14).epsilon(1e-12));
