@@ -50,7 +50,7 @@ class ReplayOutput final : public ResultSink {
   TrajectoryWriter poses_;
   FeaturesWriter features_;
   std::uint64_t frames_ = 0;
-  std::array<std::uint64_t, kPointKinds + 1> features_seen_{};  ///< by kind
+  std::array<std::uint64_t, kFeatureKinds> features_seen_{};  ///< by kind
   std::uint64_t poses_written_ = 0;
   std::optional<std::int64_t> first_pose_ns_;
   std::vector<std::int64_t> resets_ns_;
