@@ -5,6 +5,7 @@
 #include <string>
 
 #include "drivers/replay/recording.hpp"
+#include "pled_vins/backend/solvers.hpp"
 #include "pled_vins/backend/window_solver.hpp"
 #include "pled_vins/config/app_config.hpp"
 #include "pled_vins/core/limits.hpp"
@@ -25,6 +26,7 @@ struct PlayOptions {
   bool use_events = true;
   std::optional<TemporalScore> score;  ///< instead of that of the settings
   bool all_scores = false;             ///< compute those too that are not given out
+  SolverKind solver = SolverKind::kFixed;
 };
 
 /// The opened streams of a recording.

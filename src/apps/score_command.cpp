@@ -15,6 +15,7 @@
 #include "src/apps/progress.hpp"
 #include "src/apps/run_problems.hpp"
 #include "src/apps/score_rows.hpp"
+#include "src/apps/solver_option.hpp"
 #include "src/apps/stream_options.hpp"
 #include "src/apps/text.hpp"
 
@@ -50,6 +51,7 @@ class ScoreCommand final : public Command {
     app.add_option("RECORDING", play_.recording, "Folder of a recording with labels")->required();
     app.add_option("--config", play_.config, "Settings file (YAML); default: built-in settings");
     add_stream_options(app, play_);
+    add_solver_option(app, play_);
     app.add_flag("--json", json_, "Print a JSON array, and nothing else");
     app.add_option("--rows", rows_file_, "Write each feature of each frame to this CSV file");
   }
@@ -59,7 +61,7 @@ class ScoreCommand final : public Command {
     std::optional<OpenedRecording> opened = open_recording(play_);
     if (!opened) return ExitCode::kFailed;
     if (!has_labels(opened->recording)) return ExitCode::kFailed;
-    const std::unique_ptr<WindowSolver> solver = make_solver(SolverKind::kFixed);
+    const std::unique_ptr<WindowSolver> solver = make_solver(play_.solver);
     const EstimatorParts parts = opened->build(*solver);
     Progress progress = Progress::on_stderr(opened->played_s());
     ScoreRows rows(opened->recording, opened->rig, progress);
