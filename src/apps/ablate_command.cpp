@@ -35,31 +35,38 @@ std::string both_text(const MedianWorst& figure, int starts) {
   return text;
 }
 
-/// AUC, MAE with that of a weight of 1 in brackets, balanced MAE, ratio, mean weight at rest.
-void print_quality(const WeightQuality& q) {
-  std::string mae = figure_text(q.mae);
-  if (q.mae) mae.append(" (").append(figure_text(q.mae_of_one())).append(")");
-  std::printf("  %6s %13s %14s %7s %6s", figure_text(q.auc).c_str(), mae.c_str(),
-              figure_text(q.mae_balanced).c_str(), figure_text(q.w_ratio).c_str(),
-              figure_text(q.mean_static).c_str());
+void print_cells(const std::array<std::string, 6>& cells) {
+  std::printf("  | %6s %6s %13s %14s %7s %6s", cells[0].c_str(), cells[1].c_str(), cells[2].c_str(),
+              cells[3].c_str(), cells[4].c_str(), cells[5].c_str());
 }
 
+void print_quality(const WeightQuality& q) {
+  const std::size_t rows = q.n_static + q.n_dynamic;
+  std::string mae = figure_text(q.mae);
+  if (q.mae) mae.append(" (").append(figure_text(q.mae_of_one())).append(")");
+  print_cells({rows == 0 ? "-" : std::to_string(rows), figure_text(q.auc), mae,
+               figure_text(q.mae_balanced), figure_text(q.w_ratio), figure_text(q.mean_static)});
+}
+
+/// Of ATE and coverage.
+int figure_width(int starts) { return starts > 1 ? 13 : 6; }
+
 void print_heading(const std::string& sequence, int starts) {
-  std::printf("%s\n", sequence.c_str());
-  const int figure_width = starts > 1 ? 13 : 6;
-  std::printf("%-8s %-18s %-12s %*s %*s", "method", "weights from", "features", figure_width,
-              "ATE m", figure_width, "cover");
-  for (const char* kind : {"points", "lines"})
-    std::printf("  %6s %13s %14s %7s %6s", kind, "MAE (w=1)", "balanced (0.5)", "w_ratio",
-                "static");
+  const int width = figure_width(starts);
+  std::printf("%-40s %*s", sequence.c_str(), 2 * width + 1, "");
+  std::printf("  | %-57s  | %s\n", "points", "lines");
+  std::printf("%-8s %-18s %-12s %*s %*s", "method", "weights from", "features", width, "ATE m",
+              width, "cover");
+  for (int kind = 0; kind < 2; ++kind)
+    print_cells({"rows", "AUC", "MAE (w=1)", "balanced (0.5)", "w_ratio", "static"});
   std::printf("\n");
 }
 
 void print_row(const AblationResult& result, int starts) {
-  const int figure_width = starts > 1 ? 13 : 6;
+  const int width = figure_width(starts);
   std::printf("%-8s %-18s %-12s %*s %*s", method_name(result.ablation).data(),
-              evidence_name(result.ablation).data(), features_name(result.ablation).data(),
-              figure_width, both_text(result.ate_m, starts).c_str(), figure_width,
+              evidence_name(result.ablation).data(), features_name(result.ablation).data(), width,
+              both_text(result.ate_m, starts).c_str(), width,
               both_text(result.coverage, starts).c_str());
   for (const AblationQuality& quality : result.quality)
     if (quality.rows == "all") print_quality(quality.judgement.quality);
@@ -116,8 +123,9 @@ class AblateCommand final : public Command {
            "those of the weight that counts over all features of the first. They need labels\n"
            "(masks.txt), ATE and coverage the truth (groundtruth.txt); what cannot be told is "
            "'-'.\n"
-           "'points' and 'lines' head the area under the curve, 0.5 is a coin; in brackets what a\n"
-           "weight of 1 for everything would get; 'static' is the mean weight of what is at rest.\n"
+           "AUC 0.5 is a coin; in brackets is what a weight of 1 for everything would get; "
+           "'static'\n"
+           "is the mean weight of what is at rest; 'rows' of which the weight says something.\n"
            "`pled-vins score` tells more of one configuration.";
   }
 

@@ -96,8 +96,7 @@ void LabelledFeatures::add_lines(const FrameResult& result, ImageView<const std:
                             .is_moving = is_line_moving(labels, {*from, *to}),
                             .u_px = 0.5 * (from->x() + to->x()),
                             .v_px = 0.5 * (from->y() + to->y())};
-    const auto& weights = result.backend->line_weights;
-    set_weights(feature, {}, i < weights.size() ? weights[i] : FeatureWeight{});
+    set_weights(feature, result.temporal_lines[i], result.backend->line_weights[i]);
     features_.push_back(feature);
   }
 }
