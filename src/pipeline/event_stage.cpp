@@ -155,7 +155,8 @@ void EventStage::reset() noexcept {
 }
 
 EventStageCounts EventStage::counts() const noexcept {
-  return {points_.counts(), limit_.shed(), scores_.without_turn(), still_pictures_};
+  return {points_.counts(), limit_.shed(),    scores_.without_turn(),
+          still_pictures_,  scores_.losses(), turn_.faults()};
 }
 
 }  // namespace pled
