@@ -12,6 +12,7 @@
 #include "pled_vins/pipeline/event_stage.hpp"
 #include "pled_vins/pipeline/health.hpp"
 #include "pled_vins/pipeline/inline_runner.hpp"
+#include "pled_vins/pipeline/line_stage.hpp"
 #include "pled_vins/pipeline/vio_pipeline.hpp"
 
 namespace pled::apps {
@@ -28,6 +29,7 @@ struct EstimatorParts {
   Health* health = nullptr;
   FrameTracker* tracker = nullptr;
   EventStage* events = nullptr;  ///< null: events are not looked at
+  LineStage* lines = nullptr;    ///< null: no lines are looked for
   Backend* backend = nullptr;
   VioPipeline* pipeline = nullptr;
   InlineRunner* runner = nullptr;
@@ -38,6 +40,7 @@ struct EstimatorSettings {
   FrontendConfig frontend;
   BackendConfig backend;
   std::optional<EventStageConfig> events;  ///< nullopt: events are only counted
+  LineStageConfig lines;                   ///< its source: only what is looked at
   PipelineOptions pipeline;
 };
 

@@ -104,6 +104,9 @@ ReplayReport make_report(const ReplayFacts& facts, const ReplayOutput& output) {
   report.stages = stage_reports(health);
   if (health.frames.used > 0)
     report.cpu_ms_per_frame = 1e3 * facts.meters.cpu_s() / static_cast<double>(health.frames.used);
+  report.features_per_frame = {output.features_per_frame(FeatureKind::kImagePoint),
+                               output.features_per_frame(FeatureKind::kEventPoint),
+                               output.features_per_frame(FeatureKind::kLine)};
   report.faults = fault_counts(facts);
   report.saw_frames = facts.options.play.use_frames;
   report.saw_events = facts.recording.has(replay::Stream::kEvents) && facts.options.play.use_events;
@@ -148,6 +151,10 @@ void print_summary(const ReplayReport& report, const ReplayOutput& output,
   figure("RPE in 1 s", report.accuracy.rpe_trans_m, "m");
   figure("RPE in 1 s", report.accuracy.rpe_rot_deg, "deg");
   figure("coverage", report.accuracy.coverage, "of the frames' time");
+  const FeatureReport& features = report.features_per_frame;
+  if (features.lines)
+    std::printf("%-15s %.0f image points, %.0f event points, %.0f lines\n", "in a frame",
+                *features.image_points, *features.event_points, *features.lines);
   figure("CPU per frame", report.cpu_ms_per_frame, "ms, reading included");
   for (const StageReport& stage : report.stages)
     std::printf("  %-13s p50 %8.0f us   p99 %8.0f us   max %8.0f us\n", stage.name.c_str(),

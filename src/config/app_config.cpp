@@ -70,6 +70,8 @@ class ConfigReader {
       read_choice(value, key, **score);
     } else if (auto* const* picture = std::get_if<EventPicture*>(&field)) {
       read_choice(value, key, **picture);
+    } else if (auto* const* source = std::get_if<LineSource*>(&field)) {
+      read_choice(value, key, **source);
     } else {
       *std::get<std::string*>(field) = document_.text(value, key);
     }
@@ -101,8 +103,9 @@ class ConfigReader {
   /// Rules between values, which the struct's own check() knows.
   void check_rules() const {
     for (const ConfigIssue issue :
-         {check(config_.frontend), check(config_.events), check(config_.reliability),
-          check(config_.motion_cue), check(config_.backend), room_for_points()}) {
+         {check(config_.frontend), check(config_.events), check(config_.lines),
+          check(config_.reliability), check(config_.motion_cue), check(config_.backend),
+          room_for_points()}) {
       if (issue.key == nullptr) continue;
       const auto line = lines_.find(issue.key);
       throw yaml::Failure{

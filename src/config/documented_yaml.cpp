@@ -37,6 +37,7 @@ std::string type_text(const ConfigKey& key, const ConfigField& field) {
   if (std::holds_alternative<std::string*>(field)) return "text";
   if (std::holds_alternative<TemporalScore*>(field)) return choices<TemporalScore>();
   if (std::holds_alternative<EventPicture*>(field)) return choices<EventPicture>();
+  if (std::holds_alternative<LineSource*>(field)) return choices<LineSource>();
   std::string out = std::holds_alternative<int*>(field) ? "whole number" : "number";
   if (!key.unit.empty()) out += ", " + std::string(key.unit);
   return out + ", " + number_text(key.low) + " ... " + number_text(key.high);

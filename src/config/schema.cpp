@@ -8,6 +8,7 @@ namespace pled {
 namespace {
 
 constexpr double kMaxPoints = static_cast<double>(limits::kMaxPoints);
+constexpr double kMaxLines = static_cast<double>(limits::kMaxLines);
 
 /// `field` of a row: the address of one member.
 #define PLED_FIELD(member) [](AppConfig& c) -> ConfigField { return &c.member; }
@@ -74,6 +75,23 @@ constexpr std::array kSchema{
               PLED_FIELD(events.hot_rate_hz)},
     ConfigKey{"events.hot_burst", "", 2, 1000, "the same, for more than so many events",
               PLED_FIELD(events.hot_burst)},
+
+    ConfigKey{"lines.source", "", 0, 0,
+              "whose pictures lines are looked for in: none, events, frames or both",
+              PLED_FIELD(lines.source)},
+    ConfigKey{"lines.event_picture", "", 0, 0,
+              "how events are drawn for lines: brightness or time_surface",
+              PLED_FIELD(lines.event_picture)},
+    ConfigKey{"lines.max_lines", "", 4, kMaxLines, "lines followed at once in each kind of picture",
+              PLED_FIELD(lines.tracking.max_lines)},
+    ConfigKey{"lines.min_length_share", "", 0.03, 0.5,
+              "shortest line as a share of the picture's shorter side; 10 px or more",
+              PLED_FIELD(lines.tracking.min_length_share)},
+    ConfigKey{"lines.max_bow_px", "px", 0.2, 5, "how far an edge may bow from its chord",
+              PLED_FIELD(lines.tracking.max_bow_px)},
+    ConfigKey{"lines.search_px", "px", 1, 30,
+              "a line's way across in a frame, turning removed, at 240 px width; scaled up to 3x",
+              PLED_FIELD(lines.tracking.search_px)},
 
     ConfigKey{"reliability.score", "", 0, 0,
               "what tells moving points: motion, paper (entropy-recency) or count (of events)",

@@ -36,6 +36,7 @@ std::string_view to_string(Fault fault) noexcept {
     case Fault::kImuImplausible: return "imu_implausible";
     case Fault::kImuStampWild: return "imu_stamp_wild";
     case Fault::kFrameStampWild: return "frame_stamp_wild";
+    case Fault::kLinePictureSkipped: return "line_picture_skipped";
     case Fault::kClockJump: return "clock_jump";
     case Fault::kFrameUnreadable: return "frame_unreadable";
     case Fault::kFrameOutOfOrder: return "frame_out_of_order";
@@ -54,6 +55,7 @@ std::string_view to_string(Stage stage) noexcept {
     case Stage::kRead: return "read";
     case Stage::kEvents: return "events";
     case Stage::kFrontend: return "frontend";
+    case Stage::kLines: return "lines";
     case Stage::kScores: return "scores";
     case Stage::kBackend: return "backend";
     case Stage::kFrame: return "frame";

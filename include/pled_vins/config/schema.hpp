@@ -12,7 +12,8 @@
 namespace pled {
 
 /// Where one setting lives; the alternative is its type.
-using ConfigField = std::variant<double*, int*, bool*, std::string*, TemporalScore*, EventPicture*>;
+using ConfigField =
+    std::variant<double*, int*, bool*, std::string*, TemporalScore*, EventPicture*, LineSource*>;
 
 /// How a settings file and the command line call them.
 inline constexpr std::array kTemporalScoreNames{
@@ -26,12 +27,22 @@ inline constexpr std::array kEventPictureNames{
     std::pair{EventPicture::kTimeSurface, std::string_view("time_surface")},
 };
 
+inline constexpr std::array kLineSourceNames{
+    std::pair{LineSource::kNone, std::string_view("none")},
+    std::pair{LineSource::kEvents, std::string_view("events")},
+    std::pair{LineSource::kFrames, std::string_view("frames")},
+    std::pair{LineSource::kBoth, std::string_view("both")},
+};
+
 /// The names of an enumeration that a setting may have.
 [[nodiscard]] constexpr const auto& names_of(TemporalScore /*kind*/) noexcept {
   return kTemporalScoreNames;
 }
 [[nodiscard]] constexpr const auto& names_of(EventPicture /*kind*/) noexcept {
   return kEventPictureNames;
+}
+[[nodiscard]] constexpr const auto& names_of(LineSource /*kind*/) noexcept {
+  return kLineSourceNames;
 }
 
 template <typename Enum>

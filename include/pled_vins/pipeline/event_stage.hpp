@@ -14,6 +14,7 @@
 #include "pled_vins/geometry/camera.hpp"
 #include "pled_vins/geometry/undistortion_table.hpp"
 #include "pled_vins/imu/imu_history.hpp"
+#include "pled_vins/pipeline/event_pictures.hpp"
 #include "pled_vins/pipeline/event_points.hpp"
 #include "pled_vins/pipeline/event_scores.hpp"
 #include "pled_vins/pipeline/rate_limit.hpp"
@@ -23,7 +24,8 @@ namespace pled {
 /// The memory of an EventStage, whatever the sensor's size.
 struct EventStageBuffers {
   std::span<float> bearings;  ///< UndistortionTable::floats_needed
-  EventPointBuffers points;
+  EventPictureBuffers pictures;
+  FrameTrackerBuffers tracker;  ///< without those for finding corners
   AnchoredMapBuffers map;
 };
 
@@ -35,11 +37,11 @@ struct EventStageStorage {
 
   std::array<float, 2 * kPixels> bearings;
   std::array<SurfacePixel, kPixels> pixels;
-  union {  ///< of two kinds of picture one is drawn
-    std::array<BrightnessPixel, kPixels> brightness;
-    std::array<float, TimeSurface::floats_needed(MaxWidth, MaxHeight)> drawing;
-  };
-  std::array<std::uint8_t, kPixels> picture;
+  // Points and lines may be looked for in pictures of two kinds.
+  std::array<BrightnessPixel, kPixels> brightness;
+  std::array<float, TimeSurface::floats_needed(MaxWidth, MaxHeight)> drawing;
+  std::array<std::uint8_t, kPixels> brightness_picture;
+  std::array<std::uint8_t, kPixels> surface_picture;
   std::array<std::array<std::int16_t, pyramid_values(MaxWidth, MaxHeight)>, 2> pyramids;
   std::array<std::uint16_t, static_cast<std::size_t>(padded_stride(MaxWidth))> row;
   std::array<std::int16_t, ReferencePatches::kValues> reference_patches;
@@ -52,7 +54,10 @@ struct EventStageStorage {
     tracker.pyramids = {pyramids[0], pyramids[1]};
     tracker.row = row;
     tracker.reference_patches = reference_patches;
-    return {bearings, {pixels, brightness, drawing, picture, tracker}, map.view()};
+    return {bearings,
+            {pixels, brightness, drawing, brightness_picture, surface_picture},
+            tracker,
+            map.view()};
   }
 };
 
@@ -62,6 +67,8 @@ struct EventStageConfig {
   FrontendConfig tracking;
   ReliabilityConfig reliability;
   bool keep_map = false;  ///< feed the entropy-recency map: somebody reads it
+  /// What lines are looked for in; nullopt: not in events.
+  std::optional<EventPicture> line_picture;
 };
 
 /// What became of the events, since the start.
@@ -119,7 +126,13 @@ class EventStage {
 
   /// Event stamps plus this are on the estimator clock.
   [[nodiscard]] Duration time_shift() const noexcept { return shift_; }
-  [[nodiscard]] ImageView<const std::uint8_t> picture() const noexcept { return points_.picture(); }
+  /// The picture of the last observation that points are followed in.
+  [[nodiscard]] ImageView<const std::uint8_t> picture() const noexcept {
+    return pictures_.picture(points_.kind());
+  }
+  /// The one that lines are looked for in (config.line_picture); drawn now where it is another. To
+  /// be called after observe(), before more events. Empty without lines.
+  [[nodiscard]] ImageView<const std::uint8_t> line_picture() noexcept;
   [[nodiscard]] EventStageCounts counts() const noexcept;
 
  private:
@@ -136,10 +149,12 @@ class EventStage {
   TurnHistory turn_;
   TurnSlices slices_;
   Timestamp turned_until_{INT64_MIN};
+  Timestamp observed_;  ///< last observation, event camera's clock
   RateLimit limit_;
+  EventPictures pictures_;
   EventPoints points_;
   EventScores scores_;
-  std::array<Event, EventPoints::kRun> for_map_{};
+  std::array<Event, EventPictures::kRun> for_map_{};
   std::uint64_t still_pictures_ = 0;
 };
 

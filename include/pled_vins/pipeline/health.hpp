@@ -37,6 +37,7 @@ enum class Fault : std::uint8_t {
   kFrameStampWild,
   kFrameWrongSize,
   kFrameWithoutImu,
+  kLinePictureSkipped,  ///< no line was looked for: the picture had another size, or memory ran out
   kClockJump,
   kEstimatorReset,
   kTimeShiftCorrected,  ///< the clocks of camera and IMU were found to be apart
@@ -51,7 +52,16 @@ struct StreamCounts {
   std::uint64_t dropped = 0;
 };
 
-enum class Stage : std::uint8_t { kRead, kEvents, kFrontend, kScores, kBackend, kFrame, kCount };
+enum class Stage : std::uint8_t {
+  kRead,
+  kEvents,
+  kFrontend,
+  kLines,
+  kScores,
+  kBackend,
+  kFrame,
+  kCount
+};
 
 [[nodiscard]] std::string_view to_string(Stage stage) noexcept;
 

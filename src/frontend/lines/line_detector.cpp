@@ -10,7 +10,6 @@
 namespace pled {
 namespace {
 
-constexpr int kMinSide_px = 16;
 /// Shorter ones are no lines whatever the share says.
 constexpr double kMinLength_px = 10.0;
 /// Pieces from this share of a line's length are looked at, as they may be joined.

@@ -13,15 +13,48 @@ namespace {
 constexpr int kMaxMissed = 2;
 /// Motion is not carried on over longer gaps.
 constexpr double kMaxStep_s = 0.2;
-constexpr double kJump_px = 3.0;
-constexpr double kJump_rad = 3.0 * std::numbers::pi / 180.0;
+/// Farther off than this a line has not gone on: it is another edge.
+constexpr double kJump_px = 2.0;
+constexpr double kJump_rad = 2.0 * std::numbers::pi / 180.0;
 /// Shortest depth of a bearing after it was turned: beyond 84 degrees it has left any picture.
 constexpr double kMinDepth = 0.1;
 constexpr double kReferenceWidth_px = 240.0;
 constexpr double kMaxSearchScale = 3.0;
 
+/// Cosine of the largest turn between two sights over which a motion across is told.
+constexpr double kMinAlike = 0.5;
+
 [[nodiscard]] bool usable(const std::optional<Eigen::Quaterniond>& q) noexcept {
   return q && std::abs(q->norm() - 1.0) < 1e-3;  // false for NaN
+}
+
+/// Written so that NaN counts.
+bool has_jumped(const BesideSegment& at) noexcept {
+  return !(std::abs(at.offset_px) <= kJump_px && std::abs(at.angle_rad) <= kJump_rad);
+}
+
+using Ends = std::array<std::array<double, 2>, 2>;
+
+/// Normal of the line through two bearings, unit length; 0 if they are one.
+Eigen::Vector2d normal_of(const Ends& ends) noexcept {
+  const Eigen::Vector2d along(ends[1][0] - ends[0][0], ends[1][1] - ends[0][1]);
+  return Eigen::Vector2d(along.y(), -along.x()) / std::max(along.norm(), 1e-12);
+}
+
+/// How fast each end goes along the line's normal if what was the line through `before` has become
+/// that through `now`: e - s n lies on the earlier line, s = m . (e - p) / (m . n).
+Ends rates_across(const Ends& before, const Ends& now, double dt_s) noexcept {
+  const Eigen::Vector2d n = normal_of(now);
+  const Eigen::Vector2d m = normal_of(before);
+  const double alike = m.dot(n);
+  Ends rates{};
+  if (!(dt_s > 0.0 && std::abs(alike) >= kMinAlike)) return rates;
+  const Eigen::Vector2d p(before[0][0], before[0][1]);
+  for (std::size_t k = 0; k < rates.size(); ++k) {
+    const double s = m.dot(Eigen::Vector2d(now[k][0], now[k][1]) - p) / alike;
+    rates[k] = {s / dt_s * n.x(), s / dt_s * n.y()};
+  }
+  return rates;
 }
 
 }  // namespace
@@ -53,11 +86,21 @@ bool LineTracker::track(const FrameView& frame, Timestamp t_imu,
   lost_ = 0;
   expect_all(R_cur_prev, dt_s);
 
-  take_matches(dt_s);
+  take_matches(t_imu, dt_s);
   end_missing();
-  begin_tracks();
+  begin_tracks(t_imu);
   write(out);
   return true;
+}
+
+void LineTracker::shift_clock(Duration shift) noexcept {
+  if (t_previous_) t_previous_ = *t_previous_ + shift;
+  for (std::size_t i = 0; i < num_tracks_; ++i) {
+    Track& track = tracks_[i];
+    track.t_seen = track.t_seen + shift;
+    track.has_motion = false;
+    track.across_pxps = 0.0;
+  }
 }
 
 void LineTracker::reset() noexcept {
@@ -93,7 +136,13 @@ void LineTracker::expect_all(const Eigen::Matrix3d& R_cur_prev, double dt_s) noe
   num_tracks_ = kept;
 }
 
-void LineTracker::take_matches(double dt_s) noexcept {
+LineTracker::Ends LineTracker::bearings_of(const Segment& segment) const noexcept {
+  const Eigen::Vector2d start = detector_.flat().bearing(segment.start());
+  const Eigen::Vector2d end = detector_.flat().bearing(segment.end());
+  return {{{start.x(), start.y()}, {end.x(), end.y()}}};
+}
+
+void LineTracker::take_matches(Timestamp t, double dt_s) noexcept {
   std::array<std::int16_t, limits::kMaxLines> match;
   match_lines(std::span(expected_).first(num_tracks_), seen_.span(), search_px_,
               std::span(match).first(num_tracks_));
@@ -106,13 +155,21 @@ void LineTracker::take_matches(double dt_s) noexcept {
       continue;
     }
     const auto k = static_cast<std::size_t>(match[i]);
-    is_known_[k] = true;
     const BesideSegment at = beside(expected_[i].segment, seen_[k].segment);
-    const bool has_motion = track.length >= 2 && dt_s > 0.0;
-    track.inlier =
-        !has_motion || (std::abs(at.offset_px) <= kJump_px && std::abs(at.angle_rad) <= kJump_rad);
-    if (dt_s > 0.0) track.across_pxps = (moved_px_[i] + at.offset_px / (track.missed + 1)) / dt_s;
+    if (track.has_motion && dt_s > 0.0 && has_jumped(at)) {
+      track.missed = kMaxMissed + 1;  // ends; what is seen begins anew
+      continue;
+    }
+    is_known_[k] = true;
+    if (dt_s > 0.0) {
+      track.across_pxps = (moved_px_[i] + at.offset_px / (track.missed + 1)) / dt_s;
+      track.has_motion = true;
+    }
     track.line = seen_[k];
+    const Ends ends = bearings_of(track.line.segment);
+    track.bearing_rate_xyps = rates_across(track.bearing_xy, ends, (t - track.t_seen).seconds());
+    track.bearing_xy = ends;
+    track.t_seen = t;
     track.missed = 0;
     ++track.length;
   }
@@ -136,13 +193,15 @@ void LineTracker::end(std::size_t i) noexcept {
   ++lost_;
 }
 
-void LineTracker::begin_tracks() noexcept {
+void LineTracker::begin_tracks(Timestamp t) noexcept {
   for (std::size_t k = 0; k < seen_.size(); ++k) {
     if (is_known_[k]) continue;
     PLED_CHECK(num_tracks_ < tracks_.size());
     Track track;
     track.id = next_id_++;
     track.line = seen_[k];
+    track.bearing_xy = bearings_of(track.line.segment);
+    track.t_seen = t;
     tracks_[num_tracks_++] = track;
   }
 }
@@ -151,17 +210,14 @@ void LineTracker::write(LineFrame& out) const noexcept {
   for (std::size_t i = 0; i < num_tracks_; ++i) {
     const Track& track = tracks_[i];
     if (track.missed > 0) continue;
-    const Segment& segment = track.line.segment;
-    const Eigen::Vector2d start = detector_.flat().bearing(segment.start());
-    const Eigen::Vector2d end = detector_.flat().bearing(segment.end());
     LineMeasurement line;
     line.id = track.id;
     line.camera = role_.camera_index;
-    line.inlier = track.inlier;
     line.track_length = track.length;
-    line.length_px = segment.length_px();
+    line.length_px = track.line.segment.length_px();
     line.raw_px = track.line.raw_px;
-    line.bearing_xy = {{{start.x(), start.y()}, {end.x(), end.y()}}};
+    line.bearing_xy = track.bearing_xy;
+    line.bearing_rate_xyps = track.bearing_rate_xyps;
     PLED_CHECK(out.lines.push_back(line));
   }
   out.lost = lost_;

@@ -103,6 +103,8 @@ TEST_SUITE("config.app_config") {
              Case{"- a\n- b\n", 1, "key: value"},
              Case{"events:\n  picture: sharp\n", 2, "must be brightness or time_surface"},
              Case{"reliability: {score: Motion}\n", 1, "must be motion, paper or count"},
+             Case{"lines: {source: all}\n", 1, "must be none, events, frames or both"},
+             Case{"lines: {event_picture: sharp}\n", 1, "must be brightness or time_surface"},
          }) {
       const ConfigError e = bad(c.text);
       CHECK(e.line == c.line);
@@ -165,7 +167,15 @@ TEST_SUITE("config.app_config") {
     for (const auto picture : {pled::EventPicture::kBrightness, pled::EventPicture::kTimeSurface}) {
       AppConfig c;
       c.events.picture = picture;
+      c.lines.event_picture = picture;
       CHECK(good(pled::to_documented_yaml(c)).events.picture == picture);
+      CHECK(good(pled::to_documented_yaml(c)).lines.event_picture == picture);
+    }
+    for (const auto& [source, word] : pled::kLineSourceNames) {
+      const AppConfig c = good("lines: {source: " + std::string(word) + ", max_lines: 12}\n");
+      CHECK(c.lines.source == source);
+      CHECK(c.lines.tracking.max_lines == 12);
+      CHECK(good(pled::to_documented_yaml(c)).lines.source == source);
     }
   }
 
@@ -183,8 +193,8 @@ TEST_SUITE("config.app_config") {
         if (auto* const* number = std::get_if<double*>(&field)) **number = value;
         if (auto* const* whole = std::get_if<int*>(&field)) **whole = static_cast<int>(value);
         for (const pled::ConfigIssue issue :
-             {check(c.frontend), check(c.events), check(c.reliability), check(c.motion_cue),
-              check(c.backend)})
+             {check(c.frontend), check(c.events), check(c.lines), check(c.reliability),
+              check(c.motion_cue), check(c.backend)})
           if (issue.key != nullptr) return std::string(issue.key);
         return std::string();
       };

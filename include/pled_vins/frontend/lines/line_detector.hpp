@@ -59,8 +59,11 @@ struct LineStorage {
 /// bits.
 class LineDetector {
  public:
+  /// Smallest picture, pixels a side.
+  static constexpr int kMinSide_px = 16;
+
   /// @param config  valid: check(config).key == nullptr
-  /// @param camera  its size is that of every picture, 16 px or more a side; fits the buffers
+  /// @param camera  its size is that of every picture, kMinSide_px or more; fits the buffers
   LineDetector(const LineConfig& config, const Camera& camera, LinePicture kind,
                const LineBuffers& buffers) noexcept;
 

@@ -40,8 +40,9 @@ class LineTracker {
   /// Detects the lines of `frame` and matches them. `out` is written whole: lines followed, oldest
   /// first, then new ones (track_length 1), longest first.
   ///
-  /// A line is no inlier when it is more than 3 px or 3 degrees off where rotation and its motion
-  /// so far put it: it jumped to another edge, or did not move with the scene.
+  /// A line more than 2 px or 2 degrees off where rotation and its motion so far put it has jumped
+  /// to another edge: its track ends, and what is seen there is new. So each line given out is an
+  /// inlier. Rates are those since a line was last seen, the camera's turning included.
   /// @param t_imu  of the picture, estimator clock
   /// @param R_prev_cur_cam  takes coordinates of this picture's camera to those of the previous
   ///        tracked one's; nullopt: unknown, then lines are expected where they were going
@@ -50,25 +51,35 @@ class LineTracker {
   bool track(const FrameView& frame, Timestamp t_imu,
              const std::optional<Eigen::Quaterniond>& R_prev_cur_cam, LineFrame& out) noexcept;
 
+  /// Says that the times given so far were early by `shift`. Tracks go on; their motion, which was
+  /// told from the gyro's by wrong times, is forgotten.
+  void shift_clock(Duration shift) noexcept;
+
   /// Ends all tracks. Ids go on, so none is used twice.
   void reset() noexcept;
 
  private:
+  using Ends = std::array<std::array<double, 2>, 2>;
+
   struct Track {
     FeatureId id = 0;
     std::uint32_t length = 1;
-    int missed = 0;  ///< pictures since it was seen
-    bool inlier = true;
+    int missed = 0;            ///< pictures since it was seen
+    bool has_motion = false;   ///< across_pxps is known
     double across_pxps = 0.0;  ///< motion along its normal, rotation taken out
     DetectedLine line;         ///< as last seen, or where it should be by now
+    Ends bearing_xy{};         ///< as last seen
+    Ends bearing_rate_xyps{};
+    Timestamp t_seen;
   };
 
   void expect_all(const Eigen::Matrix3d& R_cur_prev, double dt_s) noexcept;
   [[nodiscard]] bool turn(const Eigen::Matrix3d& R_cur_prev, Segment& segment) const noexcept;
-  void take_matches(double dt_s) noexcept;
+  [[nodiscard]] Ends bearings_of(const Segment& segment) const noexcept;
+  void take_matches(Timestamp t, double dt_s) noexcept;
   void end_missing() noexcept;
   void end(std::size_t i) noexcept;
-  void begin_tracks() noexcept;
+  void begin_tracks(Timestamp t) noexcept;
   void write(LineFrame& out) const noexcept;
 
   LineConfig config_;
