@@ -1,5 +1,6 @@
 #include "pled_vins/pipeline/vio_pipeline.hpp"
 
+#include <cmath>
 #include <memory>
 #include <random>
 #include <set>
@@ -110,6 +111,12 @@ std::size_t count(const FrameMeasurement& m, FeatureKind kind) {
   return n;
 }
 
+/// 1 when both are the same weight, 0 when both are none.
+std::size_t told(double w, double given_out) {
+  CHECK((w == given_out || (std::isnan(w) && std::isnan(given_out))));
+  return std::isnan(w) ? 0 : 1;
+}
+
 }  // namespace
 
 TEST_SUITE("pipeline.vio_pipeline") {
@@ -171,6 +178,7 @@ TEST_SUITE("pipeline.vio_pipeline") {
       Rig without(use_frames, true);
       std::size_t of_frames = 0;
       std::size_t of_events = 0;
+      std::size_t knowing = 0;
       for (int k = 1; k <= 6; ++k) {
         FrameResult a, b;
         REQUIRE(with.play(k, use_frames, a));
@@ -178,6 +186,13 @@ TEST_SUITE("pipeline.vio_pipeline") {
         CHECK(b.measurement->lines.empty());
         for (const LineMeasurement& line : a.measurement->lines)
           ++(line.id >= kFirstEventLineId ? of_events : of_frames);
+        REQUIRE(a.temporal_lines.size() == a.measurement->lines.size());
+        REQUIRE(a.temporal.size() == a.measurement->points.size());
+        // What the back end is told is what is given out, no evidence included.
+        for (std::size_t i = 0; i < a.temporal_lines.size(); ++i)
+          knowing += told(a.measurement->lines[i].w_temporal, a.temporal_lines[i].motion);
+        for (std::size_t i = 0; i < a.temporal.size(); ++i)
+          knowing += told(a.measurement->points[i].w_temporal, a.temporal[i].motion);
         REQUIRE(a.measurement->points.size() == b.measurement->points.size());
         for (std::size_t i = 0; i < a.measurement->points.size(); ++i) {
           CHECK(a.measurement->points[i].raw_px == b.measurement->points[i].raw_px);
@@ -185,6 +200,7 @@ TEST_SUITE("pipeline.vio_pipeline") {
         }
       }
       CHECK(of_events > 10);
+      if (use_frames) CHECK(knowing > 10);  // points tell the camera's way
       CHECK((of_frames > 10) == use_frames);
       CHECK(with.health().stage(Stage::kLines).count() == 6);
       CHECK(without.health().stage(Stage::kLines).count() == 0);
