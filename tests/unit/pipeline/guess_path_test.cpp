@@ -46,7 +46,7 @@ struct TurningRig {
   /// The camera at frame k, in its place at frame 0 (half way).
   [[nodiscard]] static Pose T_0_cam(int k) {
     const double t_s = 1e-6 * kFrame_us * k;
-    const Eigen::Quaterniond& R_body_cam = with_lever().cameras[0].T_body_cam.q;
+    const Eigen::Quaterniond R_body_cam = with_lever().cameras[0].T_body_cam.q;
     return {R_body_cam.conjugate() * so3::exp(t_s * kRate) * R_body_cam,
             t_s * Vector3d(0.6, 0.1, 0.2)};
   }

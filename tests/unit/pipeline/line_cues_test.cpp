@@ -101,6 +101,7 @@ TEST_SUITE("pipeline.line_cues") {
   TEST_CASE("the map is read along a line: to the letter for paper, where events are for count") {
     Bench bench;
     bench.judge(bench.frame(0, {40, 60}, {80, 60}), false);
+    bench.observe(0, {});  // from here on bins end at frames
     bench.observe(1, row(60, {0, 1, 2, 3, 4, 5, 6, 7}));
     FrameMeasurement f = bench.frame(1, {40, 60}, {80, 60});
     bench.judge(f, true);
@@ -179,17 +180,18 @@ TEST_SUITE("pipeline.line_cues") {
       return turning.camera.project(ray).value();
     };
     REQUIRE((then(start) - start).norm() > 4.0);
-    turning.judge(turning.frame(0, then(start), then(end)), false);
-    turning.observe(1, row(60, {7, 7}));
-    FrameMeasurement f = turning.frame(1, start, end);
-    turning.judge(f, true);
-    turning.cues->write(TemporalScore::kCount, f);
-    CHECK(f.lines[0].alpha_line == kUnknownAlpha);
-    // One that stays in the picture moves.
-    turning.judge(f, true);
-    turning.cues->write(TemporalScore::kCount, f);
-    CHECK(f.lines[0].alpha_line != kUnknownAlpha);
-    CHECK(f.lines[0].alpha_line < 0.2);
+    const auto alpha = [&](Bench& bench, const Vector2d& from, const Vector2d& to) {
+      bench.judge(bench.frame(0, from, to), false);
+      bench.observe(1, row(60, {7, 7}));
+      FrameMeasurement f = bench.frame(1, start, end);
+      bench.judge(f, true);
+      bench.cues->write(TemporalScore::kCount, f);
+      return f.lines[0].alpha_line;
+    };
+    CHECK(alpha(turning, then(start), then(end)) == kUnknownAlpha);
+    // One that stays in the picture moves, here across itself, and nothing says where q grows.
+    Bench with_it(rate);
+    CHECK(alpha(with_it, start, end) < 0.2);
   }
 
   TEST_CASE("reset forgets where lines were") {
