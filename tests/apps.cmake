@@ -3,6 +3,7 @@ pled_add_tests(test_apps
     unit/apps/ablation_test.cpp
     unit/apps/command_line_test.cpp
     unit/apps/derived_truth_test.cpp
+    unit/apps/estimator_storage_test.cpp
     unit/apps/labelled_features_test.cpp
     unit/apps/output_test.cpp
     unit/apps/progress_test.cpp

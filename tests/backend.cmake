@@ -14,6 +14,8 @@ pled_add_tests(test_backend TIMEOUT 1500
 
 pled_add_tests(test_backend_law LABEL law
   SOURCES law/backend/adaptive_fusion_test.cpp
+          law/backend/feature_loss_test.cpp
+          law/backend/line_book_test.cpp
           law/backend/line_residual_test.cpp
           law/backend/robust_weight_test.cpp
   DEPS pled::backend)

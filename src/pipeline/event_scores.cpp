@@ -19,7 +19,14 @@ EventScores::EventScores(const ReliabilityConfig& config, const EventWarp& warp,
   stretch_ = mean_focal_px(grid) * (1.0 + x * x + y * y);
 }
 
+BinCounterLosses EventScores::losses() const noexcept {
+  const BinCounterLosses now = map_.losses();
+  return {lost_before_.saturated + now.saturated, lost_before_.late + now.late,
+          lost_before_.outside + now.outside};
+}
+
 void EventScores::reset() noexcept {
+  lost_before_ = losses();
   map_.reset();
   clock_ = BinClock(clock_.width());
   binned_.reset();

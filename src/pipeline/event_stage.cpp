@@ -174,7 +174,8 @@ void EventStage::reset() noexcept {
 }
 
 EventStageCounts EventStage::counts() const noexcept {
-  return {pictures_.counts(), limit_.shed(), scores_.without_turn(), still_pictures_};
+  return {pictures_.counts(), limit_.shed(),    scores_.without_turn(),
+          still_pictures_,    scores_.losses(), turn_.faults()};
 }
 
 }  // namespace pled

@@ -23,6 +23,11 @@ std::string_view to_string(Fault fault) noexcept {
     case Fault::kEventHotPixel: return "event_hot_pixel";
     case Fault::kEventShed: return "event_shed";
     case Fault::kEventWithoutTurn: return "event_without_turn";
+    case Fault::kEventMapFull: return "event_map_full";
+    case Fault::kEventMapLate: return "event_map_late";
+    case Fault::kEventMapOutside: return "event_map_outside";
+    case Fault::kEventTurnGap: return "event_turn_gap";
+    case Fault::kEventTurnDropped: return "event_turn_dropped";
     case Fault::kImuGap: return "imu_gap";
     case Fault::kImuDuplicate: return "imu_duplicate";
     case Fault::kImuBackwards: return "imu_backwards";

@@ -248,6 +248,11 @@ void VioPipeline::report_events() noexcept {
   health_.set(Fault::kEventHotPixel, surface.hot);
   health_.set(Fault::kEventStampWild, surface.strange_stamp);
   health_.set(Fault::kEventWithoutTurn, counts.still_pictures + counts.without_turn);
+  health_.set(Fault::kEventMapFull, counts.map.saturated);
+  health_.set(Fault::kEventMapLate, counts.map.late);
+  health_.set(Fault::kEventMapOutside, counts.map.outside);
+  health_.set(Fault::kEventTurnGap, counts.turn.gaps + counts.turn.restarts);
+  health_.set(Fault::kEventTurnDropped, counts.turn.backwards + counts.turn.not_finite);
   health_.events.dropped = counts.shed + surface.hot + surface.outside + surface.strange_stamp;
   health_.events.used = health_.events.in - health_.events.dropped;
 }

@@ -9,6 +9,7 @@ namespace pled::cue {
 namespace {
 
 constexpr double kRidge = 1e-12;
+constexpr int kRoughSteps = 2;
 /// Ours: inverse depths are spread by so much; a depth is free when as much is seen above noise.
 constexpr double kSpread_pm = 0.5;
 
@@ -38,28 +39,39 @@ Eigen::Vector2d solve_in_bounds(const Eigen::Matrix2d& H, const Eigen::Vector2d&
   return best;
 }
 
-/// The linear problem at some |m_xy|.
+Eigen::Vector3d moment(const LineSight& s, const Eigen::Vector2d& rho) noexcept {
+  return s.n + rho[0] * s.by_rho[0] + rho[1] * s.by_rho[1];
+}
+
+/// The problem near some depths: least of x^T H x / 2 - g^T x.
 struct Equations {
   Eigen::Matrix2d H = kRidge * Eigen::Matrix2d::Identity();
   Eigen::Vector2d g = Eigen::Vector2d::Zero();
   /// Sums of the rows of either end: what an error of the ends seen now does to all sights.
   std::array<Eigen::Vector2d, 2> shared{Eigen::Vector2d::Zero(), Eigen::Vector2d::Zero()};
+  double squares = 0.0;  ///< at these depths
 };
 
-Eigen::Vector3d moment(const LineSight& s, const Eigen::Vector2d& rho) noexcept {
-  return s.n + rho[0] * s.by_rho[0] + rho[1] * s.by_rho[1];
-}
-
-Equations equations_at(std::span<const LineSight> sights, const Eigen::Vector2d& rho) noexcept {
+/// @param exact  how |m_xy| changes is in the rows; else it is taken as it is, which leads near
+///        the solution from anywhere
+Equations equations_at(std::span<const LineSight> sights, const Eigen::Vector2d& rho,
+                       bool exact) noexcept {
   Equations e;
   for (const LineSight& s : sights) {
-    const double length = std::max(moment(s, rho).head<2>().norm(), kLeastNormal);
+    const Eigen::Vector3d m = moment(s, rho);
+    const double length = std::max(m.head<2>().norm(), kLeastNormal);
     for (std::size_t k = 0; k < 2; ++k) {
-      const Eigen::Vector2d row(s.ends[k].dot(s.by_rho[0]) / length,
-                                s.ends[k].dot(s.by_rho[1]) / length);
+      const double r = s.ends[k].dot(m) / length;
+      Eigen::Vector2d row;
+      for (int i = 0; i < 2; ++i) {
+        const Eigen::Vector3d& by = s.by_rho[static_cast<std::size_t>(i)];
+        const double longer = exact ? m.head<2>().dot(by.head<2>()) / length : 0.0;
+        row[i] = (s.ends[k].dot(by) - r * longer) / length;
+      }
       e.H += row * row.transpose();
-      e.g -= row * (s.ends[k].dot(s.n) / length);
+      e.g += row * (row.dot(rho) - r);
       e.shared[k] += row;
+      e.squares += r * r;
     }
   }
   return e;
@@ -96,19 +108,24 @@ LineSight sight_of(const Pose& T_then_now, const std::array<Eigen::Vector3d, 2>&
 }
 
 DepthsFit best_depths(std::span<const LineSight> sights, double noise) noexcept {
+  Eigen::Vector2d rho = Eigen::Vector2d::Zero();
+  for (int step = 0; step < kRoughSteps; ++step) {
+    const Equations rough = equations_at(sights, rho, false);
+    rho = solve_in_bounds(rough.H, rough.g);
+  }
+  Equations best = equations_at(sights, rho, true);
   DepthsFit fit;
-  Equations e;
+  fit.rho = rho;
   for (int step = 0; step < kFitSteps; ++step) {
-    e = equations_at(sights, fit.rho);
-    fit.rho = solve_in_bounds(e.H, e.g);
+    const Eigen::Vector2d next = solve_in_bounds(best.H, best.g);
+    const Equations there = equations_at(sights, next, true);
+    if (!(there.squares < best.squares)) break;
+    best = there;
+    fit.rho = next;
   }
-  fit.sigma = middle_sigma(e);
-  fit.free_depths = free_depths(e.H, noise);
-  for (const LineSight& s : sights) {
-    const Eigen::Vector3d m = moment(s, fit.rho);
-    const double length = std::max(m.head<2>().norm(), kLeastNormal);
-    for (const Eigen::Vector3d& end : s.ends) fit.squares += std::pow(end.dot(m) / length, 2);
-  }
+  fit.squares = best.squares;
+  fit.sigma = middle_sigma(best);
+  fit.free_depths = free_depths(best.H, noise);
   return fit;
 }
 

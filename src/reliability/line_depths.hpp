@@ -33,8 +33,8 @@ struct DepthsFit {
   double free_depths = 0.0;  ///< how many of the two could have explained more than noise
 };
 
-/// The inverse depths in [0, kMaxInverseDepth] that bring the line closest to the ends. Each step
-/// solves the linear problem, exactly within these bounds, with the last step's |m_xy|.
+/// The inverse depths in [0, kMaxInverseDepth] that bring the line closest to the ends: two linear
+/// steps, then at most kFitSteps of Gauss-Newton, each solved exactly within these bounds.
 /// @param noise  of an end across its line, bearing units
 [[nodiscard]] DepthsFit best_depths(std::span<const LineSight> sights, double noise) noexcept;
 

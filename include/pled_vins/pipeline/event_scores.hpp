@@ -54,7 +54,8 @@ class EventScores {
   void reset() noexcept;
   /// Events that were not counted because nobody knew how the camera had turned.
   [[nodiscard]] std::uint64_t without_turn() const noexcept { return without_turn_; }
-  [[nodiscard]] BinCounterLosses losses() const noexcept { return map_.losses(); }
+  /// Events that the map lost, since the start.
+  [[nodiscard]] BinCounterLosses losses() const noexcept;
 
  private:
   static constexpr std::size_t kRun = 512;
@@ -73,6 +74,7 @@ class EventScores {
   Timestamp observed_;
   BinNumber last_bin_ = 0;
   std::uint64_t without_turn_ = 0;
+  BinCounterLosses lost_before_;  ///< the last reset
 };
 
 }  // namespace pled

@@ -77,6 +77,8 @@ struct EventStageCounts {
   std::uint64_t shed = 0;            ///< beyond the rate limit
   std::uint64_t without_turn = 0;    ///< not in the map: nobody knew how the camera turned
   std::uint64_t still_pictures = 0;  ///< observations drawn without compensation, for the same
+  BinCounterLosses map;              ///< lost in the map
+  TurnFaults turn;                   ///< what was wrong with the gyro's samples
 };
 
 /// Everything that is done with events: compensation for the camera's turning, points, and the

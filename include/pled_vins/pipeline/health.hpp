@@ -19,6 +19,11 @@ enum class Fault : std::uint8_t {
   kEventHotPixel,       ///< from a pixel that fires faster than any scene makes it
   kEventShed,           ///< beyond the highest rate that is looked at
   kEventWithoutTurn,    ///< time surfaces drawn, or events left out of the map, without gyro
+  kEventMapFull,        ///< beyond the 255th of a pixel of the map in one time bin
+  kEventMapLate,        ///< older than the map's window
+  kEventMapOutside,     ///< carried out of the map by the camera's turning, lens or hole of it
+  kEventTurnGap,        ///< holes of the gyro, or its clock set back: the turn is not known across
+  kEventTurnDropped,    ///< gyro samples that the turn could not use
   kFrameWithoutEvents,  ///< played after the event stream had ended
   kImuGap,
   kImuDuplicate,

@@ -13,8 +13,9 @@ namespace {
 constexpr int kMaxMissed = 2;
 /// Motion is not carried on over longer gaps.
 constexpr double kMaxStep_s = 0.2;
-constexpr double kJump_px = 3.0;
-constexpr double kJump_rad = 3.0 * std::numbers::pi / 180.0;
+/// Farther off than this a line has not gone on: it is another edge.
+constexpr double kJump_px = 2.0;
+constexpr double kJump_rad = 2.0 * std::numbers::pi / 180.0;
 /// Shortest depth of a bearing after it was turned: beyond 84 degrees it has left any picture.
 constexpr double kMinDepth = 0.1;
 constexpr double kReferenceWidth_px = 240.0;
@@ -25,6 +26,11 @@ constexpr double kMinAlike = 0.5;
 
 [[nodiscard]] bool usable(const std::optional<Eigen::Quaterniond>& q) noexcept {
   return q && std::abs(q->norm() - 1.0) < 1e-3;  // false for NaN
+}
+
+/// Written so that NaN counts.
+bool has_jumped(const BesideSegment& at) noexcept {
+  return !(std::abs(at.offset_px) <= kJump_px && std::abs(at.angle_rad) <= kJump_rad);
 }
 
 using Ends = std::array<std::array<double, 2>, 2>;
@@ -149,10 +155,12 @@ void LineTracker::take_matches(Timestamp t, double dt_s) noexcept {
       continue;
     }
     const auto k = static_cast<std::size_t>(match[i]);
-    is_known_[k] = true;
     const BesideSegment at = beside(expected_[i].segment, seen_[k].segment);
-    track.inlier = !(track.has_motion && dt_s > 0.0) ||
-                   (std::abs(at.offset_px) <= kJump_px && std::abs(at.angle_rad) <= kJump_rad);
+    if (track.has_motion && dt_s > 0.0 && has_jumped(at)) {
+      track.missed = kMaxMissed + 1;  // ends; what is seen begins anew
+      continue;
+    }
+    is_known_[k] = true;
     if (dt_s > 0.0) {
       track.across_pxps = (moved_px_[i] + at.offset_px / (track.missed + 1)) / dt_s;
       track.has_motion = true;
@@ -205,7 +213,6 @@ void LineTracker::write(LineFrame& out) const noexcept {
     LineMeasurement line;
     line.id = track.id;
     line.camera = role_.camera_index;
-    line.inlier = track.inlier;
     line.track_length = track.length;
     line.length_px = track.line.segment.length_px();
     line.raw_px = track.line.raw_px;

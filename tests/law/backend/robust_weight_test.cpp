@@ -167,12 +167,15 @@ TEST_SUITE("backend.robust_weight") {
           doctest::Approx(11.0 / 3.0 * robust_loss(ours, {three}, 0.8)).epsilon(1e-12));
   }
 
-  TEST_CASE("by default a static track weighs 0.8, and one of 2 sigma or more a half or less") {
-    const RobustWeightConfig c{.lambda_m = 0.0};
-    for (const double sigmas : {0.0, 1.0, 2.0, 10.0}) {
-      CAPTURE(sigmas);
-      const auto squared = observations(8, 2 * sigmas * sigmas);
-      CHECK(weight(c, {squared}) == doctest::Approx(4 / (4 + sigmas * sigmas)).epsilon(1e-12));
+  TEST_CASE("without momentum a weight is one half where the mean square is lambda_w") {
+    for (const double lambda_w : {2.0, 4.0, 8.0}) {
+      const RobustWeightConfig c{.lambda_w = lambda_w, .lambda_m = 0.0};
+      for (const double sigmas : {0.0, 1.0, 2.0, 10.0}) {
+        CAPTURE(sigmas);
+        const auto squared = observations(8, 2 * sigmas * sigmas);
+        CHECK(weight(c, {squared}) ==
+              doctest::Approx(lambda_w / (lambda_w + 2 * sigmas * sigmas)).epsilon(1e-12));
+      }
     }
   }
 
@@ -198,7 +201,7 @@ TEST_SUITE("backend.robust_weight") {
   TEST_CASE("what time tells pulls the weight by its share of the stiffness, and more when sure") {
     // 8 observations, mean square 2, momentum 0: (8 + 4 z) / (2 + 8 + 4).
     const auto squared = observations(8, 2.0);
-    const RobustWeightConfig c{.lambda_m = 0.0};
+    const RobustWeightConfig c{.lambda_w = 8.0, .lambda_m = 0.0};
     for (const double z : {0.0, 0.3, 1.0}) {
       const RobustEvidence e{.squared = squared, .temporal = z, .lambda_z = 4.0};
       CHECK(weight(c, e) == doctest::Approx((8 + 4 * z) / 14).epsilon(1e-12));

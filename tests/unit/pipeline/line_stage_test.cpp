@@ -211,8 +211,8 @@ TEST_SUITE("pipeline.line_stage") {
   TEST_CASE("pictures without an edge give no lines, thousands of stripes no more than fit") {
     Run run(config_of(LineSource::kBoth));
     CHECK(run.show(blank(), blank()).lines.empty());
-    const GreyImage level = stripes(5.0, true);
-    const GreyImage upright = stripes(5.0, false);
+    const GreyImage level = stripes(8.0, true);
+    const GreyImage upright = stripes(8.0, false);
     for (int k = 0; k < 4; ++k) {
       const FrameMeasurement& m = run.show(level, upright);
       CHECK(m.lines.size() == limits::kMaxLines);

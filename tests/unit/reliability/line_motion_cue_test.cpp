@@ -140,7 +140,7 @@ TEST_SUITE("reliability.line_motion_cue") {
       WatchedLines by_points, by_lines;
       std::vector<double> w(3);
       for (int k = 0; k < 4; ++k) {
-        const auto px = [&](const Vector3d& p) {
+        const auto px = [&](const Vector3d& p) -> Vector2d {
           return (sideways(k).inverse() * (p + k * step)).hnormalized();
         };
         const std::vector<Sighting> points{{1, px({0.3, 0.0, 2.1})}, {2, px({0.2, -0.5, 2.0})}};

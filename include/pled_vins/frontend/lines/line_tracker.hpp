@@ -40,9 +40,9 @@ class LineTracker {
   /// Detects the lines of `frame` and matches them. `out` is written whole: lines followed, oldest
   /// first, then new ones (track_length 1), longest first.
   ///
-  /// A line is no inlier when it is more than 3 px or 3 degrees off where rotation and its motion
-  /// so far put it: it jumped to another edge, or did not move with the scene. Rates are those
-  /// since it was last seen, the camera's turning included.
+  /// A line more than 2 px or 2 degrees off where rotation and its motion so far put it has jumped
+  /// to another edge: its track ends, and what is seen there is new. So each line given out is an
+  /// inlier. Rates are those since a line was last seen, the camera's turning included.
   /// @param t_imu  of the picture, estimator clock
   /// @param R_prev_cur_cam  takes coordinates of this picture's camera to those of the previous
   ///        tracked one's; nullopt: unknown, then lines are expected where they were going
@@ -64,8 +64,7 @@ class LineTracker {
   struct Track {
     FeatureId id = 0;
     std::uint32_t length = 1;
-    int missed = 0;  ///< pictures since it was seen
-    bool inlier = true;
+    int missed = 0;            ///< pictures since it was seen
     bool has_motion = false;   ///< across_pxps is known
     double across_pxps = 0.0;  ///< motion along its normal, rotation taken out
     DetectedLine line;         ///< as last seen, or where it should be by now

@@ -264,20 +264,21 @@ TEST_SUITE("frontend.line_tracker") {
     }
   }
 
-  TEST_CASE("a line that jumps is called so, and one that goes on as it jumped is not") {
+  TEST_CASE("a line that jumps ends, and what it jumped to is another") {
     const Camera camera = support::plain_camera(240, 180);
-    Watch watch(camera);
-    const auto inlier = [&](double y) {
-      const LineFrame& frame = watch.show(one_edge(y));
+    for (const double jump_px : {1.0, 4.0}) {
+      CAPTURE(jump_px);
+      Watch watch(camera);
+      for (const double y : {60.0, 61.0, 62.0}) (void)watch.show(one_edge(y));
+      const FeatureId id = watch.seen().lines[0].id;
+      REQUIRE(watch.seen().lines[0].track_length == 3);
+      const LineFrame& frame = watch.show(one_edge(63.0 + jump_px));
       REQUIRE(frame.lines.size() == 1);
-      return frame.lines[0].inlier;
-    };
-    CHECK(inlier(60));
-    CHECK(inlier(61));
-    CHECK(inlier(62));
-    CHECK_FALSE(inlier(68.5));
-    CHECK(watch.seen().lines[0].track_length == 4);
-    CHECK(inlier(75));
+      const bool goes_on = jump_px < 2.0;
+      CHECK((frame.lines[0].id == id) == goes_on);
+      CHECK(frame.lines[0].track_length == (goes_on ? 4U : 1U));
+      CHECK(frame.lost == (goes_on ? 0U : 1U));
+    }
   }
 
   TEST_CASE("a line missing in two pictures comes back with its id, after three as another") {
