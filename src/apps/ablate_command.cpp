@@ -2,6 +2,7 @@
 #include <cstdio>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include <CLI/CLI.hpp>
@@ -62,14 +63,14 @@ void print_heading(const std::string& sequence, int starts) {
   std::printf("\n");
 }
 
-void print_row(const AblationResult& result, int starts) {
+void print_row(const AblationResult& result, int starts, std::string_view rows) {
   const int width = figure_width(starts);
   std::printf("%-8s %-18s %-12s %*s %*s", method_name(result.ablation).data(),
               evidence_name(result.ablation).data(), features_name(result.ablation).data(), width,
               both_text(result.ate_m, starts).c_str(), width,
               both_text(result.coverage, starts).c_str());
   for (const AblationQuality& quality : result.quality)
-    if (quality.rows == "all") print_quality(quality.judgement.quality);
+    if (quality.rows == rows) print_quality(quality.judgement.quality);
   std::printf("\n");
 }
 
@@ -121,11 +122,12 @@ class AblateCommand final : public Command {
            "of the paper and of DynaVINS with their published settings. With --starts N, ATE and\n"
            "coverage are the median and the worst of N starts 0.2 s apart; the other figures are\n"
            "those of the weight that counts over all features of the first. They need labels\n"
-           "(masks.txt), ATE and coverage the truth (groundtruth.txt); what cannot be told is "
-           "'-'.\n"
-           "AUC 0.5 is a coin; in brackets is what a weight of 1 for everything would get; "
-           "'static'\n"
-           "is the mean weight of what is at rest; 'rows' of which the weight says something.\n"
+           "(masks.txt), ATE and coverage the truth (groundtruth.txt); '-' is what nobody can "
+           "tell.\n"
+           "AUC 0.5 is a coin; in brackets is what a weight of 1 for everything would get; static\n"
+           "is the mean weight of what is at rest; rows are those of which the weight says "
+           "something.\n"
+           "Where time speaks too, more features have a weight: --used compares like with like.\n"
            "`pled-vins score` tells more of one configuration.";
   }
 
@@ -137,6 +139,7 @@ class AblateCommand final : public Command {
     app.add_option("--starts", starts_, "Runs of each configuration, 0.2 s apart")
         ->check(CLI::Range(1, kMostStarts));
     add_stream_options(app, play_);
+    app.add_flag("--used", used_, "In the table, judge only features that took part in the solve");
     app.add_flag("--json", json_, "Print a JSON array, and nothing else");
   }
 
@@ -195,7 +198,7 @@ class AblateCommand final : public Command {
       if (json_)
         out.push_back(json_of(result, sequence, starts_));
       else
-        print_row(result, starts_);
+        print_row(result, starts_, used_ ? "used" : "all");
     }
     return read_all;
   }
@@ -203,6 +206,7 @@ class AblateCommand final : public Command {
   std::vector<std::string> recordings_;
   PlayOptions play_;
   int starts_ = 1;
+  bool used_ = false;
   bool json_ = false;
 };
 

@@ -152,7 +152,7 @@ TEST_SUITE("apps.ablate") {
     RecordingCopy recording;
     cut_short(recording).remove("masks.txt");
     recording.remove("groundtruth.txt");
-    const Outcome o = run_pled_vins({"ablate", recording.path().string()});
+    const Outcome o = run_pled_vins({"ablate", recording.path().string(), "--used"});
     CHECK_MESSAGE(o.code == 0, o.err);
     CHECK(contains(o.err, "has no labels"));
     CHECK(contains(o.err, "has no truth"));
@@ -172,6 +172,23 @@ TEST_SUITE("apps.ablate") {
       ++rows;
     }
     CHECK(rows == 14);
+  }
+
+  TEST_CASE("what the solve has not seen is judged by time, and not at all with --used") {
+    RecordingCopy recording(RecordingCopy::Scene::kWithMovers);
+    const std::string path = cut_short(recording).path().string();
+    for (const bool used : {false, true}) {
+      std::vector<std::string> arguments{"ablate", path};
+      if (used) arguments.emplace_back("--used");
+      const Outcome o = run_pled_vins(arguments);
+      REQUIRE_MESSAGE(o.code == 0, o.err);
+      const std::size_t row = o.out.find("default  geometric+temporal points ");
+      REQUIRE_MESSAGE(row != std::string::npos, o.out);
+      const std::size_t bar = o.out.find('|', row);
+      const std::string points = o.out.substr(bar, o.out.find('|', bar + 1) - bar);
+      CAPTURE(points);
+      CHECK((points.find_first_of("0123456789") == std::string::npos) == used);
+    }
   }
 
   TEST_CASE("several recordings give a table each, and several starts two figures each") {
@@ -209,6 +226,7 @@ TEST_SUITE("apps.ablate") {
     const std::string path = recording.path().string();
     CHECK(run_pled_vins({"ablate"}).code == 2);
     CHECK(run_pled_vins({"ablate", path, "--starts", "0"}).code == 2);
+    CHECK(run_pled_vins({"ablate", path, "--usd"}).code == 2);
     CHECK(run_pled_vins({"ablate", path, "--no-frames", "--no-events"}).code == 2);
     for (const auto& [arguments, words] : std::map<std::vector<std::string>, const char*>{
              {{"ablate", path, "/nowhere"}, "/nowhere"},
