@@ -81,6 +81,7 @@ double EventScores::shift_since_anchor_px(Timestamp t, const TurnHistory& turn) 
 void EventScores::observe(Timestamp t) noexcept {
   observed_ = t;
   last_bin_ = clock_.on_frame(t);
+  binned_ = std::max(t, binned_.value_or(t));  // the last event is older than the frame
 }
 
 std::optional<Eigen::Vector2d> EventScores::place(const Eigen::Vector3d& ray_cam,

@@ -33,7 +33,7 @@ struct TurningRig {
       points.emplace_back(0.55 * z * unit(random), 0.4 * z * unit(random), z);
     }
     // A pane that sinks, in the picture's left.
-    for (int i = 0; i < 6; ++i) points.emplace_back(-1.6 + 0.1 * i, -0.3 + 0.1 * (i % 2), 4.0);
+    for (int i = 0; i < 6; ++i) points.emplace_back(-2.7 + 0.05 * i, -0.3 + 0.1 * (i % 2), 4.0);
   }
 
   static RigCalibration with_lever() {
@@ -96,7 +96,8 @@ TEST_SUITE("pipeline.temporal_cues.guess_path") {
         CAPTURE(i);
         if (TurningRig::sinks(i)) {
           CHECK(w[i].motion < 0.3);
-        } else if (rig.points[i].x() > -1.0) {  // away from the pane, which speaks for neighbours
+        } else if (rig.points[i].x() > -0.4 * rig.points[i].z()) {
+          // Away from the pane, which speaks for its neighbours.
           CHECK(w[i].motion > 0.9);
         }
       }

@@ -101,7 +101,7 @@ TEST_SUITE("pipeline.line_cues") {
   TEST_CASE("the map is read along a line: to the letter for paper, where events are for count") {
     Bench bench;
     bench.judge(bench.frame(0, {40, 60}, {80, 60}), false);
-    bench.observe(0, {});  // from here on bins end at frames
+    bench.observe(0, {{7, {5, 5}}});  // from here on bins end at frames
     bench.observe(1, row(60, {0, 1, 2, 3, 4, 5, 6, 7}));
     FrameMeasurement f = bench.frame(1, {40, 60}, {80, 60});
     bench.judge(f, true);
