@@ -28,9 +28,11 @@ enum class LineSource : std::uint8_t { kNone, kEvents, kFrames, kBoth };
 
 /// Tuning of the line stage.
 struct LineStageConfig {
-  LineSource source = LineSource::kEvents;
+  /// Paper: events. Frames show more lines, for longer, and twice as exactly
+  /// (src/frontend/lines/README.md).
+  LineSource source = LineSource::kFrames;
   /// How events are drawn for lines, whatever points are followed in. Paper: the time surface.
-  EventPicture event_picture = EventPicture::kTimeSurface;
+  EventPicture event_picture = EventPicture::kBrightness;
   LineConfig tracking;
 };
 

@@ -33,6 +33,7 @@ class Rig {
         picture_(160 * 120) {
     LineStageConfig line_config;
     line_config.source = lines;
+    line_config.event_picture = EventPicture::kTimeSurface;  // not what points are followed in
     line_config.tracking.min_length_share = 0.03;
     if (lines != LineSource::kNone)
       line_stage_ = std::make_unique<LineStage>(line_config, rig_, line_storage_->view());

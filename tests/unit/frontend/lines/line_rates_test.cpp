@@ -91,7 +91,7 @@ TEST_SUITE("frontend.line_rates") {
 
   TEST_CASE("rates hold the camera's turning, whether the tracker is told of it or not") {
     // About the optical axis: the edge turns in the picture by -roll.
-    constexpr double kRoll_rad = 0.04;
+    constexpr double kRoll_rad = 0.03;
     for (const bool told : {true, false}) {
       CAPTURE(told);
       Watch watch;
