@@ -306,10 +306,10 @@ TEST_SUITE("apps.score") {
     const Outcome o = run_pled_vins({"score", recording.path().string(), "--json", "--no-events"});
     REQUIRE_MESSAGE(o.code == 0, o.err);
     const json tables = json::parse(o.out);
-    CHECK(tables.size() == 15);  // no event point was seen, and no line in events
+    CHECK(tables.size() == 30);  // of image points and lines; no event point was seen
     for (const json& t : tables) {
       CAPTURE(t.dump());
-      CHECK(t["kind"] == "image_point");
+      CHECK((t["kind"] == "image_point" || t["kind"] == "line"));
       CHECK(t["n_dynamic"] == 0);
       for (const char* key : {"auc", "mae_balanced", "w_ratio"}) CHECK(t[key].is_null());
       // Without events those that count them have no evidence.

@@ -50,7 +50,8 @@ TEST_SUITE("apps.ablation") {
     config.backend.fusion.mode = FusionMode::kNone;
     config.lines.source = LineSource::kNone;
     CHECK(ablated(config, all).backend.fusion.mode == FusionMode::kPrior);
-    CHECK(ablated(config, all).lines.source == LineSource::kEvents);
+    CHECK(ablated(config, all).lines.source == AppConfig{}.lines.source);
+    CHECK(AppConfig{}.lines.source != LineSource::kNone);
   }
 
   TEST_CASE("what is left out is off, and what others published is what runs under their name") {
