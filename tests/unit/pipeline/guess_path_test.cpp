@@ -38,7 +38,8 @@ struct TurningRig {
 
   static RigCalibration with_lever() {
     RigCalibration rig = support::event_rig(false);
-    rig.cameras[0].T_body_cam = {so3::exp({0.4, -0.3, 0.9}), {0.1, -0.2, 0.2}};  // 0.3 m
+    rig.cameras[0].T_body_cam = {so3::exp({0.4, -0.3, 0.9}),
+                                 {0.2, 0.2, -0.1}};  // 0.3 m, across the axis
     return rig;
   }
   [[nodiscard]] static bool sinks(std::size_t i) { return i >= 60; }
