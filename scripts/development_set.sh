@@ -4,7 +4,7 @@
 #   scripts/development_set.sh list                       what it holds: name, seed, world, traffic, light
 #   scripts/development_set.sh make [CHOICE...] [DIR]     makes those that are not there yet
 #   scripts/development_set.sh run  [CHOICE...] [DIR]     replays each and prints its accuracy
-#   scripts/development_set.sh score [CHOICE...] [DIR]    AUC of each temporal score on those where something moves
+#   scripts/development_set.sh score [CHOICE...] [DIR]    AUC of each weight on those where something moves
 #
 # CHOICE: --seeds "1 2"   --worlds "room street"   --levels "none high"   --lights "day night"
 #         --paired: to each with traffic the same world and flight without
@@ -124,21 +124,34 @@ if [ "$job" = score ]; then
       if (!(group in count) || auc + 0 < least[group]) least[group] = auc + 0
       sum[group] += auc; ++count[group]
     }
+    function row(name, kind, set, values,   m, line) { # values[mode], of modes that have one
+      line = sprintf("%-26s %-12s %-7s", name, kind, set)
+      for (m = 1; m <= modes; ++m)
+        line = line (mode_of[m] in values ? sprintf(" %9.3f", values[mode_of[m]]) : sprintf(" %9s", "-"))
+      print line
+    }
     END {
-      printf "%-26s %-12s %-7s %7s %7s %7s\n", "AUC of", "points", "rows", "motion", "paper", "count"
+      modes = split("motion paper count geometric fused", mode_of, " ")
+      printf "%-26s %-12s %-7s", "AUC of", "features", "rows"
+      for (m = 1; m <= modes; ++m) printf " %9s", mode_of[m]
+      printf "\n"
       for (i = 1; i <= n; ++i) {
         split(order[i], k, SUBSEP)
-        printf "%-26s %-12s %-7s %7.3f %7.3f %7.3f\n", k[1], k[2], k[3],
-          value[order[i], "motion"], value[order[i], "paper"], value[order[i], "count"]
+        split("", v)
+        for (m = 1; m <= modes; ++m) if ((order[i], mode_of[m]) in value) v[mode_of[m]] = value[order[i], mode_of[m]]
+        row(k[1], k[2], k[3], v)
       }
-      split("image_point event_point", kinds, " "); split("all used common", sets, " ")
-      for (a = 1; a <= 2; ++a) for (b = 1; b <= 3; ++b) {
-        g = kinds[a] SUBSEP sets[b] SUBSEP
-        if (!count[g "motion"] || !count[g "paper"] || !count[g "count"]) continue
-        printf "%-26s %-12s %-7s %7.3f %7.3f %7.3f\n", "mean", kinds[a], sets[b],
-          sum[g "motion"] / count[g "motion"], sum[g "paper"] / count[g "paper"], sum[g "count"] / count[g "count"]
-        printf "%-26s %-12s %-7s %7.3f %7.3f %7.3f\n", "least", kinds[a], sets[b],
-          least[g "motion"], least[g "paper"], least[g "count"]
+      kinds = split("image_point event_point line", kind_of, " "); sets = split("all used common", set_of, " ")
+      for (a = 1; a <= kinds; ++a) for (b = 1; b <= sets; ++b) {
+        split("", mean); split("", low); any = 0
+        for (m = 1; m <= modes; ++m) {
+          g = kind_of[a] SUBSEP set_of[b] SUBSEP mode_of[m]
+          if (!count[g]) continue
+          mean[mode_of[m]] = sum[g] / count[g]; low[mode_of[m]] = least[g]; any = 1
+        }
+        if (!any) continue
+        row("mean", kind_of[a], set_of[b], mean)
+        row("least", kind_of[a], set_of[b], low)
       }
     }'
 fi

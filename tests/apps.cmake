@@ -1,7 +1,10 @@
 pled_add_tests(test_apps
   SOURCES
+    unit/apps/ablation_test.cpp
     unit/apps/command_line_test.cpp
     unit/apps/derived_truth_test.cpp
+    unit/apps/estimator_storage_test.cpp
+    unit/apps/labelled_features_test.cpp
     unit/apps/output_test.cpp
     unit/apps/progress_test.cpp
   DEPS pled::apps nlohmann_json::nlohmann_json)

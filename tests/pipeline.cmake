@@ -4,8 +4,10 @@ if(TARGET pled_pipeline)
             unit/pipeline/still_gyro_bias_test.cpp unit/pipeline/time_shift_search_test.cpp
             unit/pipeline/event_admission_test.cpp unit/pipeline/rate_limit_test.cpp
             unit/pipeline/event_stage_test.cpp unit/pipeline/event_stage_clock_test.cpp
-            unit/pipeline/event_scores_test.cpp
-            unit/pipeline/temporal_cues_test.cpp unit/pipeline/vio_pipeline_test.cpp
+            unit/pipeline/event_scores_test.cpp unit/pipeline/event_losses_test.cpp
+            unit/pipeline/line_cues_test.cpp unit/pipeline/line_stage_test.cpp
+            unit/pipeline/guess_path_test.cpp unit/pipeline/temporal_cues_test.cpp
+            unit/pipeline/vio_pipeline_test.cpp
     DEPS pled::pipeline)
 endif()
 pled_add_tests(test_pipeline_memory LABEL memory

@@ -1,5 +1,6 @@
 pled_add_tests(test_reliability
   SOURCES unit/reliability/bin_counters_test.cpp
+          unit/reliability/line_motion_cue_test.cpp
           unit/reliability/motion_cue_test.cpp
           unit/reliability/nearness_test.cpp
   DEPS pled::reliability)
@@ -8,6 +9,9 @@ pled_add_tests(test_reliability_law LABEL law
           law/reliability/bin_clock_test.cpp
           law/reliability/bin_counters_test.cpp
           law/reliability/entropy_recency_test.cpp
+          law/reliability/line_alpha_test.cpp
+          law/reliability/line_band_test.cpp
+          law/reliability/line_motion_cue_test.cpp
           law/reliability/motion_cue_test.cpp
           law/reliability/rewarp_test.cpp
           support/reliability/rotating_edges.cpp

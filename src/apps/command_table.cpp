@@ -7,6 +7,7 @@ std::vector<std::unique_ptr<Command>> all_commands() {
   commands.push_back(make_replay_command());
   commands.push_back(make_evaluate_command());
   commands.push_back(make_score_command());
+  commands.push_back(make_ablate_command());
   commands.push_back(make_report_command());
   commands.push_back(make_compare_command());
   commands.push_back(make_info_command());

@@ -7,6 +7,7 @@
 /// The constructors that command_table.cpp lists; one file each.
 namespace pled::apps {
 
+[[nodiscard]] std::unique_ptr<Command> make_ablate_command();
 [[nodiscard]] std::unique_ptr<Command> make_check_consistency_command();
 [[nodiscard]] std::unique_ptr<Command> make_check_imu_command();
 [[nodiscard]] std::unique_ptr<Command> make_compare_command();

@@ -1,6 +1,7 @@
 #include "src/apps/estimator_storage.hpp"
 
 #include <array>
+#include <memory>
 #include <optional>
 
 #include "pled_vins/core/check.hpp"
@@ -15,6 +16,7 @@ template <int Width, int Height>
 struct SensorStorage {
   FrameTrackerStorage<Width, Height> tracker;
   EventStageStorage<Width, Height> events;
+  LineStorage<Width, Height> lines;
 };
 
 #define PLED_SENSOR_STORAGE(sensor, member) \
@@ -36,13 +38,17 @@ PLED_SENSOR_STORAGE(kWvga, storage_wvga);
 PLED_SENSOR_STORAGE(kHd, storage_hd);
 #endif
 
+struct ClassStorage;
+
 /// Memory that every class needs alike.
 struct CommonStorage {
+  const ClassStorage* in_use = nullptr;
   ImuHistory imu;
   Health health;
   std::optional<FrameTracker> tracker;
   std::optional<Backend> backend;
   std::optional<EventStage> events;
+  std::optional<LineStage> lines;
   std::optional<VioPipeline> pipeline;
   std::optional<InlineRunner> runner;
 };
@@ -50,7 +56,7 @@ struct CommonStorage {
 CommonStorage common;
 
 template <typename Storage>
-constexpr std::array<BufferInfo, 17> table_of() {
+constexpr std::array<BufferInfo, 20> table_of() {
   using Tracker = decltype(Storage::tracker);
   using Events = decltype(Storage::events);
   return {{
@@ -62,11 +68,14 @@ constexpr std::array<BufferInfo, 17> table_of() {
       {"tracker.tracks", sizeof(std::optional<FrameTracker>)},
       {"events.bearings", sizeof(Events::bearings)},
       {"events.surface", sizeof(Events::pixels)},
-      {"events.picture", sizeof(Events::picture) + sizeof(Events::drawing) + sizeof(Events::row)},
-      {"events.pyramids", sizeof(Events::pyramids)},
+      {"events.brightness", sizeof(Events::brightness) + sizeof(Events::brightness_picture)},
+      {"events.time_surface", sizeof(Events::drawing) + sizeof(Events::surface_picture)},
+      {"events.pyramids", sizeof(Events::pyramids) + sizeof(Events::row)},
       {"events.reference_patches", sizeof(Events::reference_patches)},
       {"events.map", sizeof(Events::map)},
       {"events.stage", sizeof(std::optional<EventStage>)},
+      {"lines.pictures", sizeof(Storage::lines)},
+      {"lines.stage", sizeof(std::optional<LineStage>)},
       {"imu.history", sizeof(ImuHistory)},
       {"backend.window", sizeof(std::optional<Backend>)},
       {"pipeline.messages", sizeof(std::optional<VioPipeline>)},
@@ -80,6 +89,8 @@ struct ClassStorage {
   const limits::SensorClass* sensor;
   FrameTrackerBuffers (*tracker)();
   EventStageBuffers (*events)();
+  LineBuffers (*lines)();
+  void (*renew)();
   std::span<const BufferInfo> table;
 };
 
@@ -93,12 +104,30 @@ EventStageBuffers events_of() {
   return storage.events.view();
 }
 
+/// In place: a copy would not fit on the stack.
+template <typename Storage>
+void renew_in_place(Storage& storage) {
+  std::destroy_at(&storage);
+  std::construct_at(&storage);
+}
+
+template <auto& storage>
+void renew() {
+  renew_in_place(storage);
+}
+
+template <auto& storage>
+LineBuffers lines_of() {
+  return storage.lines.view();
+}
+
 template <auto& storage>
 constexpr auto kTable = table_of<std::remove_reference_t<decltype(storage)>>();
 
 template <auto& storage>
 constexpr ClassStorage class_storage(const limits::SensorClass& sensor) {
-  return {&sensor, tracker_of<storage>, events_of<storage>, kTable<storage>};
+  return {&sensor,           tracker_of<storage>, events_of<storage>,
+          lines_of<storage>, renew<storage>,      kTable<storage>};
 }
 
 constexpr std::array kClassStorage = {
@@ -119,6 +148,11 @@ constexpr std::array kClassStorage = {
 #endif
 };
 
+template <typename T>
+T* pointer_to(std::optional<T>& part) noexcept {
+  return part ? &*part : nullptr;
+}
+
 const ClassStorage* find(const limits::SensorClass& sensor) noexcept {
   for (const ClassStorage& storage : kClassStorage)
     if (storage.sensor->name == sensor.name) return &storage;
@@ -131,19 +165,33 @@ EstimatorParts build_estimator(const limits::SensorClass& sensor, const RigCalib
                                const EstimatorSettings& settings, WindowSolver& solver) {
   const ClassStorage* storage = find(sensor);
   PLED_CHECK(storage != nullptr);
-  PLED_CHECK(!common.pipeline.has_value());
+  PLED_CHECK(common.in_use == nullptr);
+  common.in_use = storage;
   common.tracker.emplace(settings.frontend, Camera(rig.cameras[rig.frame_camera]),
                          storage->tracker(),
                          TrackerRole{rig.frame_camera, FeatureKind::kImagePoint});
   if (settings.events) common.events.emplace(*settings.events, rig, storage->events());
+  if (settings.lines.source != LineSource::kNone)
+    common.lines.emplace(settings.lines, rig, storage->lines());
   common.backend.emplace(settings.backend, rig, solver);
   common.pipeline.emplace(rig, common.imu, *common.tracker, *common.backend, common.health,
-                          settings.pipeline, common.events ? &*common.events : nullptr);
+                          settings.pipeline, pointer_to(common.events), pointer_to(common.lines));
   common.runner.emplace(*common.pipeline, common.health);
-  return {&common.imu,      &common.health,
-          &*common.tracker, common.events ? &*common.events : nullptr,
-          &*common.backend, &*common.pipeline,
+  return {&common.imu,
+          &common.health,
+          &*common.tracker,
+          pointer_to(common.events),
+          pointer_to(common.lines),
+          &*common.backend,
+          &*common.pipeline,
           &*common.runner};
+}
+
+void release_estimator() noexcept {
+  const ClassStorage* storage = common.in_use;
+  if (storage == nullptr) return;
+  renew_in_place(common);
+  storage->renew();
 }
 
 const limits::SensorClass* smallest_class(int width_px, int height_px) noexcept {

@@ -12,6 +12,7 @@
 #include "pled_vins/pipeline/event_stage.hpp"
 #include "pled_vins/pipeline/health.hpp"
 #include "pled_vins/pipeline/inline_runner.hpp"
+#include "pled_vins/pipeline/line_stage.hpp"
 #include "pled_vins/pipeline/vio_pipeline.hpp"
 
 namespace pled::apps {
@@ -28,6 +29,7 @@ struct EstimatorParts {
   Health* health = nullptr;
   FrameTracker* tracker = nullptr;
   EventStage* events = nullptr;  ///< null: events are not looked at
+  LineStage* lines = nullptr;    ///< null: no lines are looked for
   Backend* backend = nullptr;
   VioPipeline* pipeline = nullptr;
   InlineRunner* runner = nullptr;
@@ -38,15 +40,20 @@ struct EstimatorSettings {
   FrontendConfig frontend;
   BackendConfig backend;
   std::optional<EventStageConfig> events;  ///< nullopt: events are only counted
+  LineStageConfig lines;                   ///< its source: only what is looked at
   PipelineOptions pipeline;
 };
 
 /// Builds the estimator in the static memory of `sensor`, which must have some in
-/// this build. Once a process: the memory is one.
+/// this build. The memory is one: before another is built, this one must be released.
 [[nodiscard]] EstimatorParts build_estimator(const limits::SensorClass& sensor,
                                              const RigCalibration& rig,
                                              const EstimatorSettings& settings,
                                              WindowSolver& solver);
+
+/// Ends the estimator and leaves its memory as the process found it: the next one built knows
+/// nothing of it. The parts are gone. Does nothing when there is none.
+void release_estimator() noexcept;
 
 /// The smallest class that holds a sensor of this size; null when none does.
 [[nodiscard]] const limits::SensorClass* smallest_class(int width_px, int height_px) noexcept;

@@ -9,6 +9,7 @@
 
 #include "drivers/replay/stamp_source.hpp"
 #include "pled_vins/config/calibration.hpp"
+#include "pled_vins/config/schema.hpp"
 #include "pled_vins/pipeline/stamp_guard.hpp"
 #include "src/apps/problems.hpp"
 #include "src/apps/recording_clocks.hpp"
@@ -127,6 +128,20 @@ bool has_what_it_needs(const replay::Recording& recording, const PlayOptions& op
   return eyes && inertial;
 }
 
+/// Where lines are looked for: what is not looked at shows none.
+LineSource line_source(const AppConfig& config, const PlayOptions& options,
+                       const Streams& streams) {
+  return narrowed(config.lines.source, options.use_frames, streams.events.has_value());
+}
+
+/// Says when the settings want lines of what is not looked at alone.
+void tell_missing_lines(LineSource wanted, LineSource left) {
+  if (wanted == LineSource::kNone || left != LineSource::kNone) return;
+  const std::string name(name_of(wanted));
+  print_note("lines.source is '" + name + "', and " + name +
+             " are not looked at: there will be no lines");
+}
+
 }  // namespace
 
 RunSources Streams::sources() const {
@@ -147,8 +162,11 @@ EstimatorParts OpenedRecording::build(WindowSolver& solver) const {
   settings.pipeline.motion_cue = config.motion_cue;
   settings.pipeline.score = options.score.value_or(config.reliability.score);
   settings.pipeline.all_scores = options.all_scores;
+  settings.lines = config.lines;
+  settings.lines.source = line_source(config, options, streams);
   if (streams.events) {
-    EventStageConfig events{config.events, config.frontend, config.reliability, false};
+    EventStageConfig events{config.events, config.frontend, config.reliability, false, {}};
+    if (from_events(settings.lines.source)) events.line_picture = config.lines.event_picture;
     events.keep_map = options.all_scores || settings.pipeline.score != TemporalScore::kMotion;
     // Alone, events get the whole pool.
     if (!options.use_frames)
@@ -156,6 +174,20 @@ EstimatorParts OpenedRecording::build(WindowSolver& solver) const {
     settings.events = events;
   }
   return build_estimator(*sensor, rig, settings, solver);
+}
+
+bool OpenedRecording::rewind() {
+  replay::Problems problems;
+  std::vector<std::int64_t> stamps_ns;  // pictures bring their own
+  if (!options.use_frames) stamps_ns = observation_times_ns(recording, problems);
+  std::optional<Streams> again = open_streams(recording, options, stamps_ns, problems);
+  // Whatever does not stand in the way was told when the recording was opened.
+  if (!again) {
+    print_problems(problems);
+    return false;
+  }
+  streams = std::move(*again);
+  return true;
 }
 
 RunSpan OpenedRecording::span() const {
@@ -194,6 +226,7 @@ std::optional<OpenedRecording> open_recording(const PlayOptions& options) {
   if (!start_is_inside(whole_s, options)) return std::nullopt;
   std::optional<Streams> streams = open_streams(recording, options, stamps_ns, problems);
   if (print_problems(problems) || !streams) return std::nullopt;
+  tell_missing_lines(config->lines.source, line_source(*config, options, *streams));
   return OpenedRecording{options, *config, std::move(recording),  *rig,
                          sensor,  whole_s, frame_span(stamps_ns), std::move(*streams)};
 }

@@ -5,6 +5,7 @@
 #include <string>
 
 #include "drivers/replay/recording.hpp"
+#include "pled_vins/backend/solvers.hpp"
 #include "pled_vins/backend/window_solver.hpp"
 #include "pled_vins/config/app_config.hpp"
 #include "pled_vins/core/limits.hpp"
@@ -25,6 +26,7 @@ struct PlayOptions {
   bool use_events = true;
   std::optional<TemporalScore> score;  ///< instead of that of the settings
   bool all_scores = false;             ///< compute those too that are not given out
+  SolverKind solver = SolverKind::kFixed;
 };
 
 /// The opened streams of a recording.
@@ -37,7 +39,7 @@ struct Streams {
   [[nodiscard]] RunSources sources() const;
 };
 
-/// A recording with its calibration, ready to be played once.
+/// A recording with its calibration, ready to be played once, and again after each rewind().
 struct OpenedRecording {
   PlayOptions options;
   AppConfig config;
@@ -49,6 +51,8 @@ struct OpenedRecording {
   Streams streams;
 
   [[nodiscard]] EstimatorParts build(WindowSolver& solver) const;
+  /// Opens the streams anew, each at its beginning. Prints why when that fails, and is false.
+  [[nodiscard]] bool rewind();
   [[nodiscard]] RunSpan span() const;
   /// Seconds that will be played.
   [[nodiscard]] double played_s() const;

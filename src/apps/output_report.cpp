@@ -50,6 +50,10 @@ std::string to_json(const ReplayReport& report) {
   out["accuracy"] = accuracy(report.accuracy);
   out["stages"] = stages(report.stages);
   out["cpu_ms_per_frame"] = json_number(report.cpu_ms_per_frame);
+  const FeatureReport& features = report.features_per_frame;
+  out["features_per_frame"] = {{"image_points", json_number(features.image_points)},
+                               {"event_points", json_number(features.event_points)},
+                               {"lines", json_number(features.lines)}};
   out["streams_used"] = {{"frames", report.saw_frames}, {"events", report.saw_events}};
   out["events"] = flow(report.events);
   out["imu"] = flow(report.imu);

@@ -33,6 +33,13 @@ struct FlowReport {
   std::uint64_t dropped = 0;
 };
 
+/// Features in a frame, on average.
+struct FeatureReport {
+  std::optional<double> image_points;
+  std::optional<double> event_points;
+  std::optional<double> lines;
+};
+
 struct MemoryReport {
   std::optional<std::uint64_t> static_bytes;
   std::optional<std::uint64_t> peak_rss_bytes;
@@ -53,6 +60,7 @@ struct ReplayReport {
   AccuracyReport accuracy;
   std::vector<StageReport> stages;
   std::optional<double> cpu_ms_per_frame;
+  FeatureReport features_per_frame;
   bool saw_frames = true;  ///< false: they gave only the times of observations
   bool saw_events = true;
   std::optional<FlowReport> events;

@@ -7,6 +7,7 @@
 #include "src/apps/commands.hpp"
 #include "src/apps/replay_session.hpp"
 #include "src/apps/score_option.hpp"
+#include "src/apps/solver_option.hpp"
 #include "src/apps/stream_options.hpp"
 #include "src/apps/text.hpp"
 
@@ -60,6 +61,7 @@ class ReplayCommand final : public Command {
         ->type_name("S")
         ->check(seconds(false));
     add_stream_options(app, options_.play);
+    add_solver_option(app, options_.play);
     add_score_option(app, options_.play.score);
     app.add_flag("--no-report", no_report_, "Do not make report.html");
   }

@@ -12,7 +12,8 @@ bool ReplayOutput::on_frame(const FrameResult& result) noexcept {
   const FrameMeasurement& frame = *result.measurement;
   const BackendOutput& backend = *result.backend;
   if (!first_frame_ns_) first_frame_ns_ = frame.stamp_ns;
-  bool ok = features_.write_frame(frame, backend.weights.span());
+  bool ok = features_.write_frame(frame, backend.weights.span(), backend.line_weights.span());
+  count(frame);
   if (backend.pose.reset_counter != resets_) {
     resets_ = backend.pose.reset_counter;
     resets_ns_.push_back(frame.stamp_ns);
@@ -28,6 +29,19 @@ bool ReplayOutput::on_frame(const FrameResult& result) noexcept {
   progress_.update(static_cast<double>(frame.stamp_ns - *first_frame_ns_) * 1e-9,
                    backend.has_pose ? "tracking" : last_refusal_);
   return ok;
+}
+
+void ReplayOutput::count(const FrameMeasurement& frame) noexcept {
+  ++frames_;
+  for (const PointMeasurement& point : frame.points)
+    ++features_seen_[static_cast<std::size_t>(point.kind)];
+  features_seen_[static_cast<std::size_t>(FeatureKind::kLine)] += frame.lines.size();
+}
+
+std::optional<double> ReplayOutput::features_per_frame(FeatureKind kind) const noexcept {
+  if (frames_ == 0) return std::nullopt;
+  return static_cast<double>(features_seen_[static_cast<std::size_t>(kind)]) /
+         static_cast<double>(frames_);
 }
 
 std::string ReplayOutput::close() {

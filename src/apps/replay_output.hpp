@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <filesystem>
 #include <optional>
@@ -38,11 +39,18 @@ class ReplayOutput final : public ResultSink {
   /// Why the estimator has not started, as of the last frame without a pose.
   [[nodiscard]] std::string_view last_refusal() const noexcept { return last_refusal_; }
 
+  /// Features of a kind in a frame, on average; nullopt without frames.
+  [[nodiscard]] std::optional<double> features_per_frame(FeatureKind kind) const noexcept;
+
  private:
+  void count(const FrameMeasurement& frame) noexcept;
+
   Progress& progress_;
   ReplayMeters& meters_;
   TrajectoryWriter poses_;
   FeaturesWriter features_;
+  std::uint64_t frames_ = 0;
+  std::array<std::uint64_t, kFeatureKinds> features_seen_{};  ///< by kind
   std::uint64_t poses_written_ = 0;
   std::optional<std::int64_t> first_pose_ns_;
   std::vector<std::int64_t> resets_ns_;

@@ -3,7 +3,7 @@
 #include <filesystem>
 #include <memory>
 
-#include "pled_vins/backend/ceres_solver.hpp"
+#include "pled_vins/backend/solvers.hpp"
 #include "pled_vins/report/report.hpp"
 #include "src/apps/output_file.hpp"
 #include "src/apps/output_report.hpp"
@@ -38,7 +38,7 @@ bool run_replay(const ReplayOptions& options) {
   // Last: with --force it removes the results of an earlier run.
   if (!prepare_results(options, opened->config)) return false;
 
-  const std::unique_ptr<WindowSolver> solver = make_ceres_solver();
+  const std::unique_ptr<WindowSolver> solver = make_solver(options.play.solver);
   const EstimatorParts parts = opened->build(*solver);
   Progress progress = Progress::on_stderr(opened->played_s());
   ReplayMeters meters;

@@ -7,46 +7,13 @@
 #include <vector>
 
 #include "src/apps/output_report.hpp"
+#include "src/apps/recorded_truth.hpp"
 #include "src/apps/run_problems.hpp"
 #include "src/apps/text.hpp"
 #include "src/apps/version.hpp"
 
 namespace pled::apps {
 namespace {
-
-/// The observations that were played, for the coverage.
-std::optional<FrameSpan> played_frames(const ReplayFacts& facts) {
-  if (!facts.end.first_stamp_ns || !facts.end.last_stamp_ns) return std::nullopt;
-  std::optional<FrameSpan> span = facts.observations;
-  if (!span) return std::nullopt;
-  span->first_ns = *facts.end.first_stamp_ns;
-  span->last_ns = *facts.end.last_stamp_ns;
-  return span;
-}
-
-/// Reads the truth, passing over unreadable lines.
-Trajectory read_truth(const replay::Recording& recording) {
-  Trajectory truth;
-  replay::Problems problems;
-  auto opened = recording.open_truth(problems);
-  if (!opened.ok()) return truth;
-  for (;;) {
-    const auto state = opened.value().next();
-    if (!state.ok()) {
-      if (state.error().code == ErrorCode::kBadNumber) continue;
-      break;
-    }
-    const replay::TruthState& s = state.value();
-    if (!truth.empty() && s.stamp_ns <= truth.back().stamp_ns) continue;
-    const auto& q = s.q_world_body_xyzw;
-    truth.push_back({s.stamp_ns, Pose{Eigen::Quaterniond(q[3], q[0], q[1], q[2]).normalized(),
-                                      Eigen::Vector3d(s.p_world_body_m.data())}});
-  }
-  if (opened.value().malformed() > 0)
-    print_note("the truth has " + std::to_string(opened.value().malformed()) +
-               " unreadable lines, the last: " + std::string(opened.value().last_message()));
-  return truth;
-}
 
 /// Compares what was written with the truth. Only here, after the run, memory grows with the
 /// length.
@@ -59,7 +26,8 @@ AccuracyReport accuracy(const ReplayFacts& facts) {
   }
   const Trajectory truth = read_truth(facts.recording);
   if (truth.empty()) return {};
-  const Evaluation e = evaluate(std::get<Trajectory>(written), truth, played_frames(facts));
+  const Evaluation e =
+      evaluate(std::get<Trajectory>(written), truth, played_frames(facts.observations, facts.end));
   return {e.ate_rmse_m, e.mpe_percent, e.rpe_trans_m, e.rpe_rot_deg, e.coverage};
 }
 
@@ -104,6 +72,9 @@ ReplayReport make_report(const ReplayFacts& facts, const ReplayOutput& output) {
   report.stages = stage_reports(health);
   if (health.frames.used > 0)
     report.cpu_ms_per_frame = 1e3 * facts.meters.cpu_s() / static_cast<double>(health.frames.used);
+  report.features_per_frame = {output.features_per_frame(FeatureKind::kImagePoint),
+                               output.features_per_frame(FeatureKind::kEventPoint),
+                               output.features_per_frame(FeatureKind::kLine)};
   report.faults = fault_counts(facts);
   report.saw_frames = facts.options.play.use_frames;
   report.saw_events = facts.recording.has(replay::Stream::kEvents) && facts.options.play.use_events;
@@ -148,6 +119,10 @@ void print_summary(const ReplayReport& report, const ReplayOutput& output,
   figure("RPE in 1 s", report.accuracy.rpe_trans_m, "m");
   figure("RPE in 1 s", report.accuracy.rpe_rot_deg, "deg");
   figure("coverage", report.accuracy.coverage, "of the frames' time");
+  const FeatureReport& features = report.features_per_frame;
+  if (features.lines)
+    std::printf("%-15s %.0f image points, %.0f event points, %.0f lines\n", "in a frame",
+                *features.image_points, *features.event_points, *features.lines);
   figure("CPU per frame", report.cpu_ms_per_frame, "ms, reading included");
   for (const StageReport& stage : report.stages)
     std::printf("  %-13s p50 %8.0f us   p99 %8.0f us   max %8.0f us\n", stage.name.c_str(),

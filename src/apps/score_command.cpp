@@ -1,15 +1,12 @@
-#include <array>
 #include <cstdio>
-#include <filesystem>
 #include <memory>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>
 
-#include "pled_vins/backend/ceres_solver.hpp"
+#include "pled_vins/backend/solvers.hpp"
 #include "pled_vins/evaluation/weights.hpp"
 #include "src/apps/commands.hpp"
 #include "src/apps/json_number.hpp"
@@ -18,6 +15,7 @@
 #include "src/apps/progress.hpp"
 #include "src/apps/run_problems.hpp"
 #include "src/apps/score_rows.hpp"
+#include "src/apps/solver_option.hpp"
 #include "src/apps/stream_options.hpp"
 #include "src/apps/text.hpp"
 
@@ -26,31 +24,36 @@ namespace {
 
 using nlohmann::ordered_json;
 
-/// Plays a recording and tells how well each temporal score knows what moves.
+/// Plays a recording and tells how well each weight of a feature knows what moves.
 class ScoreCommand final : public Command {
  public:
   std::string_view name() const noexcept override { return "score"; }
   std::string_view summary() const noexcept override {
-    return "Measure how well the temporal scores tell moving points from those at rest";
+    return "Measure how well the weights tell moving features from those at rest";
   }
   std::string_view examples() const noexcept override {
     return "  pled-vins score recording\n"
            "  pled-vins score recording --json > scores.json\n"
            "  pled-vins score recording --rows rows.csv\n\n"
            "The recording must have labels (masks.txt). A point's label is the mask pixel nearest\n"
-           "to it. 'all': every point of every frame for which the score has evidence; 'used':\n"
-           "those of them that took part in the solve; 'common': those for which every score has\n"
-           "evidence, so that scores compare like with like. AUC 0.5 is a coin; a constant weight "
-           "has a\n"
-           "balanced MAE of 0.5; w_ratio is the mean weight at rest over that of what moves.";
+           "to it, a line's that of most of the pixels at its ends and its middle. Weights: the\n"
+           "temporal scores motion, paper and count; geometric, what the solve says; fused, the "
+           "one\n"
+           "that counts. 'all': every feature of every frame for which the weight has evidence;\n"
+           "'used': those of them that took part in the solve; 'common': those for which every\n"
+           "temporal score has evidence, so that scores compare like with like. AUC 0.5 is a "
+           "coin;\n"
+           "a constant weight has a balanced MAE of 0.5; w_ratio is the mean weight at rest over\n"
+           "that of what moves; w_static the mean weight at rest.";
   }
 
   void declare(CLI::App& app) override {
     app.add_option("RECORDING", play_.recording, "Folder of a recording with labels")->required();
     app.add_option("--config", play_.config, "Settings file (YAML); default: built-in settings");
     add_stream_options(app, play_);
+    add_solver_option(app, play_);
     app.add_flag("--json", json_, "Print a JSON array, and nothing else");
-    app.add_option("--rows", rows_file_, "Write each point of each frame to this CSV file");
+    app.add_option("--rows", rows_file_, "Write each feature of each frame to this CSV file");
   }
 
   ExitCode run() override {
@@ -58,7 +61,7 @@ class ScoreCommand final : public Command {
     std::optional<OpenedRecording> opened = open_recording(play_);
     if (!opened) return ExitCode::kFailed;
     if (!has_labels(opened->recording)) return ExitCode::kFailed;
-    const std::unique_ptr<WindowSolver> solver = make_ceres_solver();
+    const std::unique_ptr<WindowSolver> solver = make_solver(play_.solver);
     const EstimatorParts parts = opened->build(*solver);
     Progress progress = Progress::on_stderr(opened->played_s());
     ScoreRows rows(opened->recording, opened->rig, progress);
@@ -91,27 +94,18 @@ class ScoreCommand final : public Command {
                   "something moves (pled-vins simulate writes them)");
       return false;
     }
-    replay::Problems problems;
-    const bool can_be_read = recording.open_masks(1, problems).ok();
-    print_problems(problems);
-    return can_be_read;
-  }
-
-  [[nodiscard]] std::string sequence() const {
-    std::filesystem::path path = std::filesystem::path(play_.recording).lexically_normal();
-    if (!path.has_filename()) path = path.parent_path();
-    return path.filename().string();
+    return labels_can_be_read(recording);
   }
 
   void tell(const ScoreRows& rows) const {
     ordered_json out = ordered_json::array();
     if (!json_)
-      std::printf("%-8s %-12s %-6s %6s %6s %8s %8s %9s %9s\n", "score", "kind", "rows", "AUC",
-                  "MAE", "balanced", "w_ratio", "static", "moving");
+      std::printf("%-9s %-12s %-6s %6s %6s %8s %8s %8s %9s %9s\n", "weight", "kind", "rows", "AUC",
+                  "MAE", "balanced", "w_ratio", "w_static", "static", "moving");
     for (const ScoreTable& t : rows.tables()) {
-      const WeightQuality& q = t.quality;
+      const WeightQuality& q = t.judgement.quality;
       if (json_) {
-        out.push_back({{"sequence", sequence()},
+        out.push_back({{"sequence", sequence_name(play_.recording)},
                        {"mode", t.mode},
                        {"kind", t.kind},
                        {"rows", t.rows},
@@ -119,23 +113,18 @@ class ScoreCommand final : public Command {
                        {"mae", json_number(q.mae)},
                        {"mae_balanced", json_number(q.mae_balanced)},
                        {"w_ratio", json_number(q.w_ratio)},
+                       {"w_static", json_number(q.mean_static)},
                        {"n_static", q.n_static},
                        {"n_dynamic", q.n_dynamic},
-                       {"n_no_evidence", t.no_evidence}});
+                       {"n_no_evidence", t.judgement.no_evidence}});
         continue;
       }
-      std::printf("%-8s %-12s %-6s %6s %6s %8s %8s %9zu %9zu\n", t.mode.c_str(), t.kind.c_str(),
-                  t.rows.data(), text(q.auc).c_str(), text(q.mae).c_str(),
-                  text(q.mae_balanced).c_str(), text(q.w_ratio).c_str(), q.n_static, q.n_dynamic);
+      std::printf("%-9s %-12s %-6s %6s %6s %8s %8s %8s %9zu %9zu\n", t.mode.data(), t.kind.data(),
+                  t.rows.data(), figure_text(q.auc).c_str(), figure_text(q.mae).c_str(),
+                  figure_text(q.mae_balanced).c_str(), figure_text(q.w_ratio).c_str(),
+                  figure_text(q.mean_static).c_str(), q.n_static, q.n_dynamic);
     }
     if (json_) std::printf("%s\n", out.dump(1).c_str());
-  }
-
-  static std::string text(const std::optional<double>& value) {
-    if (!value) return "-";
-    std::array<char, 32> buffer{};
-    std::snprintf(buffer.data(), buffer.size(), "%.3f", *value);
-    return buffer.data();
   }
 
   PlayOptions play_;

@@ -1,12 +1,12 @@
 #include "src/apps/simulated_run.hpp"
 
-#include "pled_vins/backend/ceres_solver.hpp"
+#include "pled_vins/backend/solvers.hpp"
 
 namespace pled::apps {
 
 SimulatedRun::SimulatedRun(const sim::PointWorld& world, const BackendConfig& config)
     : world_(world),
-      solver_(make_ceres_solver()),
+      solver_(make_solver(SolverKind::kFixed)),
       backend_(std::make_unique<Backend>(config, world.rig(), *solver_)),
       imu_(std::make_unique<ImuHistory>()),
       output_(std::make_unique<BackendOutput>()) {}

@@ -26,6 +26,7 @@ constexpr double kMostResidual_px = 3.5;
 BackendConfig for_start(BackendConfig config) {
   config.point_sigma_px = std::max(config.point_sigma_px, config.start_sigma_px);
   config.event_point_sigma_px = std::max(config.event_point_sigma_px, config.start_sigma_px);
+  config.line_sigma_px = std::max(config.line_sigma_px, config.start_sigma_px);
   return config;
 }
 
@@ -48,9 +49,11 @@ Backend::Backend(const BackendConfig& config, const RigCalibration& rig,
       rig_(rig),
       noise_(inertial_model(rig.imu, config)),
       settings_(make_factor_settings(config_, rig_)),
-      point_noise_({config.point_sigma_px, config.event_point_sigma_px}),
+      feature_noise_(
+          {config.point_sigma_px, config.event_point_sigma_px, config.line_sigma_px}),
       solver_(solver),
       book_(rig_, settings_, static_cast<std::size_t>(config.min_observations)),
+      line_book_(rig_, settings_, static_cast<std::size_t>(config.min_line_observations)),
       bootstrap_(start_config_, rig_, noise_, settings_),
       still_(rig_) {
   const Pose& T = rig_.cameras[rig_.frame_camera].T_body_cam;
@@ -74,12 +77,7 @@ void Backend::start_from(const NavState& mean, const Vector15d& sigma) noexcept 
 void Backend::process(const FrameMeasurement& frame, const ImuHistory& imu,
                       BackendOutput& out) noexcept {
   out = BackendOutput{};
-  for (const PointMeasurement& point : frame.points) {
-    FeatureWeight weight;
-    weight.id = point.id;
-    if (!point.inlier) weight.w = 0.0;
-    (void)out.weights.push_back(weight);
-  }
+  begin_weights(frame, out);
   out.pose.t = frame.t;
   out.pose.stamp_ns = frame.stamp_ns;
   out.pose.reset_counter = reset_counter_;
@@ -89,7 +87,20 @@ void Backend::process(const FrameMeasurement& frame, const ImuHistory& imu,
   }
   offer(frame);
   if (!tracking_ || !track(offered_, imu, out)) begin(offered_, imu, out);
+  end_weights(out);
   last_frame_t_ = frame.t;
+}
+
+void Backend::begin_weights(const FrameMeasurement& frame, BackendOutput& out) const noexcept {
+  const auto first = [this](const auto& feature) {
+    FeatureWeight weight;
+    weight.id = feature.id;
+    weight.w_temporal = feature.w_temporal;
+    if (!feature.inlier) weight.w = 0.0;
+    return weight;
+  };
+  for (const PointMeasurement& point : frame.points) (void)out.weights.push_back(first(point));
+  for (const LineMeasurement& line : frame.lines) (void)out.line_weights.push_back(first(line));
 }
 
 /// Keeps the frame with those of its points that are meant for the solver.
@@ -167,14 +178,16 @@ bool Backend::track(const FrameMeasurement& frame, const ImuHistory& imu,
   bridging_ = bridged;
   const std::size_t newest = window_.size() - 1;
   book_.observe(window_, frame, newest);
+  line_book_.observe(window_, frame, newest);
   note_standstill(frame);
-  const std::size_t points = book_.prepare(window_);
-  out.points_in_solver = static_cast<std::uint16_t>(points);
+  out.points_in_solver = static_cast<std::uint16_t>(book_.prepare(window_));
+  out.lines_in_solver = static_cast<std::uint16_t>(line_book_.prepare(window_));
   const SolveSummary summary =
       solver_.solve({window_, rig_, settings_}, {.max_iterations = solver_steps(frame.t - last.t)});
   out.iterations = summary.iterations;
   out.mean_reprojection_px = book_.judge(window_);
-  point_noise_.observe(window_, rig_, settings_);
+  line_book_.judge(window_);
+  feature_noise_.observe(window_, rig_, settings_);
   const Verdict verdict = check(bridged ? window_.newest().x : predicted, summary, out);
   if (verdict == Verdict::kDiverged) {
     ++faults_.divergences;
@@ -190,7 +203,7 @@ bool Backend::track(const FrameMeasurement& frame, const ImuHistory& imu,
   out.keyframe = state.keyframe;
   repropagate();
   slide();
-  set_point_noise(settings_, rig_, point_noise_.sigmas_px());
+  set_feature_noise(settings_, rig_, feature_noise_.sigmas_px());
   return true;
 }
 
@@ -257,14 +270,24 @@ void Backend::write_pose(const NavState& x, const FrameMeasurement& frame, Estim
 }
 
 void Backend::write_weights(BackendOutput& out) noexcept {
-  for (FeatureWeight& weight : out.weights) {
-    const Landmark* landmark = window_.find(weight.id);
-    if (!landmark || weight.w == 0.0) continue;  // process() gave 0 to those that are no inliers
+  const auto write = [](const auto* landmark, FeatureWeight& weight) {
+    if (!landmark || weight.w == 0.0) return;  // those that are no inliers
     weight.observations = static_cast<std::uint16_t>(landmark->observations.size());
     weight.used = landmark->in_solver;
-    weight.w_geometric = landmark->weight;
-    weight.w = landmark->rejected ? 0.0 : landmark->weight;
-  }
+    if (std::isnan(landmark->weight)) return;  // not weighed yet
+    weight.w_geometric = landmark->reliability.w_geometric;
+    weight.w = landmark->rejected ? 0.0 : landmark->reliability.w;
+  };
+  for (FeatureWeight& weight : out.weights) write(window_.find(weight.id), weight);
+  for (FeatureWeight& weight : out.line_weights) write(window_.find_line(weight.id), weight);
+}
+
+/// What geometry says nothing of is believed as time tells.
+void Backend::end_weights(BackendOutput& out) const noexcept {
+  if (config_.fusion.mode != FusionMode::kPrior) return;
+  for (const std::span<FeatureWeight> weights : {out.weights.span(), out.line_weights.span()})
+    for (FeatureWeight& weight : weights)
+      if (std::isnan(weight.w)) weight.w = weight.w_temporal;
 }
 
 std::optional<Matrix6d> Backend::newest_pose_covariance() noexcept {

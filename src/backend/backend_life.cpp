@@ -24,11 +24,13 @@ void Backend::begin(const FrameMeasurement& frame, const ImuHistory& imu,
     state.prior = given_start_;
     given_start_.reset();
     book_.observe(window_, frame, 0);
+    line_book_.observe(window_, frame, 0);
     out.refusal = StartRefusal::kNone;
   } else {
     coast(frame, imu, out);
-    set_point_noise(settings_, rig_,
-                    {start_config_.point_sigma_px, start_config_.event_point_sigma_px});
+    set_feature_noise(settings_, rig_,
+                      {start_config_.point_sigma_px, start_config_.event_point_sigma_px,
+                       start_config_.line_sigma_px});
     out.refusal = bootstrap_.attempt(frame, imu, belief_, book_, solver_, window_);
     out.refusal_detail = bootstrap_.detail();
     if (out.refusal != StartRefusal::kNone) return;
@@ -36,8 +38,8 @@ void Backend::begin(const FrameMeasurement& frame, const ImuHistory& imu,
   }
   tracking_ = true;
   settling_left_ = kSettling;
-  point_noise_.reset();
-  set_point_noise(settings_, rig_, point_noise_.sigmas_px());
+  feature_noise_.reset();
+  set_feature_noise(settings_, rig_, feature_noise_.sigmas_px());
   weak_since_.reset();
   still_.reset();
   const WindowState& newest = window_.newest();
@@ -69,6 +71,7 @@ void Backend::align_to_handover() noexcept {
     // The tangent of a rotation is in the body frame, so only the mean of a prior moves.
     if (window_.state(i).prior) move(window_.state(i).prior->mean);
   }
+  for (LineLandmark& line : window_.lines) line.has_line = false;  // of the old frame
   handover_.reset();
 }
 

@@ -23,19 +23,24 @@ double robust_gain(double robust_scale) noexcept {
   return w2 * w2 / (w2u * w1);
 }
 
-void set_point_noise(FactorSettings& settings, const RigCalibration& rig,
-                     const PointSigmas& sigmas_px) noexcept {
-  for (std::size_t kind = 0; kind < kPointKinds; ++kind)
+void set_feature_noise(FactorSettings& settings, const RigCalibration& rig,
+                     const FeatureSigmas& sigmas_px) noexcept {
+  for (std::size_t kind = 0; kind < kFeatureKinds; ++kind)
     for (std::size_t c = 0; c < limits::kMaxCameras; ++c)
-      settings.sigmas_per_unit[kind][c] = mean_focal_px(rig.cameras[c]) / sigmas_px[kind];
+      settings.sigmas_per_unit[kind][c] =
+          as_published(settings.robust.mode) ? kPaperSigmasPerUnit
+                                             : mean_focal_px(rig.cameras[c]) / sigmas_px[kind];
 }
 
 FactorSettings make_factor_settings(const BackendConfig& config,
                                     const RigCalibration& rig) noexcept {
   FactorSettings s;
-  set_point_noise(s, rig, {config.point_sigma_px, config.event_point_sigma_px});
+  s.robust = config.robust;
+  s.fusion = config.fusion;
+  set_feature_noise(s, rig,
+                    {config.point_sigma_px, config.event_point_sigma_px, config.line_sigma_px});
   s.robust_scale = config.robust_scale;
-  s.point_gain = robust_gain(config.robust_scale);
+  s.sight_gain = as_published(config.robust.mode) ? 1.0 : robust_gain(config.robust_scale);
   s.extrinsic_sigma_m = config.extrinsic_sigma_m;
   s.extrinsic_sigma_rad = config.extrinsic_sigma_rad;
   s.time_shift_sigma_s = config.time_shift_sigma_s;
@@ -74,6 +79,26 @@ bool evaluate_point(const SlidingWindow& window, const RigCalibration& rig,
   point_residual(point_frames(window, rig, anchor, seen, true), point, seen, shift_s, s, ignored,
                  jacobians);
   return point_residual(now, point, seen, shift_s, s, residual, nullptr);
+}
+
+bool evaluate_line(const SlidingWindow& window, const RigCalibration& rig,
+                   const FactorSettings& settings, const LineLandmark& landmark,
+                   const LineObservation& seen, Eigen::Vector2d& residual,
+                   LineJacobians* jacobians) noexcept {
+  const WindowState& state = window.state(seen.state);
+  const double s = settings.weight_of(FeatureKind::kLine, seen.camera);
+  const double shift_s = window.rig_state.time_shift_s;
+  const OrthonormalLine line = landmark.line();
+  LineFrames frames{state.x.T_world_body(), window.T_body_cam(seen.camera, rig),
+                    landmark.origin_world()};
+  const bool moved = settings.first_estimates && state.has_first;
+  if (!moved || !jacobians)
+    return line_residual(frames, line, seen, shift_s, s, residual, jacobians);
+  const bool has_picture = line_residual(frames, line, seen, shift_s, s, residual, nullptr);
+  frames.T_world_body = state.first.T_world_body();
+  Eigen::Vector2d ignored;
+  line_residual(frames, line, seen, shift_s, s, ignored, jacobians);
+  return has_picture;
 }
 
 void evaluate_imu(const Preintegration& preintegration, const NavState& i, const NavState& j,

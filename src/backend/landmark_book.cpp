@@ -3,6 +3,9 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <span>
+
+#include "pled_vins/backend/feature_loss.hpp"
 
 namespace pled {
 namespace {
@@ -12,7 +15,6 @@ constexpr double kMaxInverseDepth = 10.0;   ///< 1/m: nearer than 10 cm is wrong
 constexpr double kDefaultInverseDepth = 0.3;
 constexpr double kWeakInformation = 10.0;  ///< below, the depth is held by the scene's
 constexpr double kMaxStartSquared = 25.0;  ///< sigmas^2 a sighting, of a point with a new depth
-constexpr double kMinWeight = 0.25;        ///< below, a point is taken to be wrong
 constexpr double kSureParallax = 5.0;  ///< sigmas a sighting; a smaller one tells no wrong point
 
 Pose T_cj_ci(const PointFrames& f) {
@@ -72,6 +74,10 @@ void LandmarkBook::observe(SlidingWindow& window, const FrameMeasurement& frame,
   for (const PointMeasurement& point : frame.points) {
     if (!point.inlier) continue;
     Landmark* landmark = window.find(point.id);
+    if (landmark && landmark->rejected && parked_again(point.w_temporal, landmark->reliability)) {
+      *landmark = {};
+      landmark->id = point.id;
+    }
     if (!landmark) {
       Landmark fresh;
       fresh.id = point.id;
@@ -80,6 +86,7 @@ void LandmarkBook::observe(SlidingWindow& window, const FrameMeasurement& frame,
     }
     (void)landmark->observations.push_back({static_cast<std::uint8_t>(state), point.camera,
                                             point.bearing_xy, point.bearing_rate_xyps, point.kind});
+    note_time(point.w_temporal, landmark->reliability);
     if (landmark->age < 60000) ++landmark->age;
   }
   window.erase_landmarks([state](const Landmark& l) {
@@ -152,6 +159,7 @@ double LandmarkBook::judge(SlidingWindow& window) const noexcept {
   std::size_t count = 0;
   for (Landmark& l : window.landmarks) {
     if (!l.in_solver) continue;
+    std::array<double, limits::kWindowStates> squares;
     double weights = 0, squared = 0, information = 0;
     bool behind = false;
     for (std::size_t k = 0; k < l.observations.size(); ++k) {
@@ -161,7 +169,8 @@ double LandmarkBook::judge(SlidingWindow& window) const noexcept {
       behind |= !evaluate_point(window, rig_, settings_, l, l.observations[k], r, &J);
       information += J.point.col(2).squaredNorm();
       weights += cauchy_weight(r.squaredNorm(), settings_.robust_scale);
-      squared += r.squaredNorm();
+      squares[k] = r.squaredNorm();
+      squared += squares[k];
     }
     const double m = static_cast<double>(l.observations.size());
     l.weight = weights / m;
@@ -173,11 +182,11 @@ double LandmarkBook::judge(SlidingWindow& window) const noexcept {
       l.has_depth = l.in_solver = false;
       continue;
     }
-    if (!(l.weight > kMinWeight) || behind || !deep) {
-      l.rejected = true;
-      l.weight = l.weight > kMinWeight ? 0.0 : l.weight;
-      continue;
-    }
+    if (behind || !deep) l.weight = 0.0;
+    weigh(settings_, std::span(squares).first(l.observations.size()), l.reliability);
+    conclude(settings_, false, l.reliability);
+    l.rejected = !agrees(settings_, l.weight) || behind || !deep;
+    if (l.rejected) continue;
     const double px = mean_focal_px(rig_.cameras[rig_.frame_camera]) /
                       settings_.weight_of(l.observations[0].kind, rig_.frame_camera);
     squared_px += squared * px * px;

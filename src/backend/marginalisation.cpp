@@ -45,6 +45,25 @@ void Marginaliser::add_points(SlidingWindow& window, const RigCalibration& rig,
   }
 }
 
+/// A line hangs on no state, so one that goes on needs nothing carried over; its sightings are
+/// split as a point's are.
+void Marginaliser::add_lines(SlidingWindow& window, const RigCalibration& rig,
+                             const FactorSettings& settings) noexcept {
+  const std::size_t last = window.size() - 1;
+  for (LineLandmark& line : window.lines) {
+    auto& seen = line.observations;
+    if (seen.empty() || seen[0].state != 0) continue;
+    std::size_t count = seen.size();
+    const bool live = seen.back().state == last;
+    if (live && rule_ == LivePointRule::kDrop) count = 0;
+    if (live && rule_ == LivePointRule::kSplit) count = (count + 1) / 2;
+    const bool counts = line.in_solver && !line.rejected && count >= 2;
+    if (counts) equations_.add_line(window, rig, settings, line, count);
+    for (std::size_t k = counts ? count : 1; k > 0; --k) seen.erase(0);
+    if (seen.size() < 2) line.has_line = false;
+  }
+}
+
 bool Marginaliser::marginalise(SlidingWindow& window, const RigCalibration& rig,
                                const FactorSettings& settings, std::size_t k) noexcept {
   equations_.reset(window, settings);
@@ -58,7 +77,11 @@ bool Marginaliser::marginalise(SlidingWindow& window, const RigCalibration& rig,
     equations_.add_same_place(window, i, settings);
     window.state(i).still_as = -1;
   }
-  if (k == 0) add_points(window, rig, settings);
+  if (k == 0) {
+    add_points(window, rig, settings);
+    add_lines(window, rig, settings);
+  }
+  equations_.complete();
   if (k + 1 < window.size()) {  // that interval now speaks through the prior
     window.state(k + 1).has_imu = false;
     window.state(k + 1).imu.clear();

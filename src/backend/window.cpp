@@ -5,6 +5,7 @@ namespace pled {
 void SlidingWindow::clear() noexcept {
   order_.clear();
   landmarks.clear();
+  lines.clear();
   prior.clear();
 }
 
@@ -59,6 +60,16 @@ void SlidingWindow::erase_state(std::size_t i, const RigCalibration& rig) noexce
     for (Observation& o : seen)
       if (o.state > i) --o.state;
   }
+  for (LineLandmark& line : lines) {
+    auto& seen = line.observations;
+    for (std::size_t k = seen.size(); k-- > 0;) {
+      if (seen[k].state == i) {
+        seen.erase(k);
+      } else if (seen[k].state > i) {
+        --seen[k].state;
+      }
+    }
+  }
   order_.erase(i);
   for (std::size_t k = 0; k < size(); ++k) {
     int& as = state(k).still_as;
@@ -75,6 +86,12 @@ void SlidingWindow::erase_state(std::size_t i, const RigCalibration& rig) noexce
 Landmark* SlidingWindow::find(FeatureId id) noexcept {
   for (Landmark& landmark : landmarks)
     if (landmark.id == id) return &landmark;
+  return nullptr;
+}
+
+LineLandmark* SlidingWindow::find_line(FeatureId id) noexcept {
+  for (LineLandmark& line : lines)
+    if (line.id == id) return &line;
   return nullptr;
 }
 

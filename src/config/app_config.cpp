@@ -1,6 +1,7 @@
 #include "pled_vins/config/app_config.hpp"
 
 #include <map>
+#include <type_traits>
 #include <vector>
 
 #include "pled_vins/config/nearest.hpp"
@@ -57,22 +58,23 @@ class ConfigReader {
 
   void read_value(const ConfigKey& known, const YAML::Node& value) {
     const std::string key(known.key);
-    const ConfigField field = known.field(config_);
     const yaml::Range range{known.low, known.high, known.unit};
-    if (auto* const* number = std::get_if<double*>(&field)) {
-      **number = document_.number_in(value, key, range);
-    } else if (auto* const* whole = std::get_if<int*>(&field)) {
-      **whole = document_.whole_number(value, key);
-      document_.check_range(value, **whole, key, range);
-    } else if (auto* const* flag = std::get_if<bool*>(&field)) {
-      **flag = document_.flag(value, key);
-    } else if (auto* const* score = std::get_if<TemporalScore*>(&field)) {
-      read_choice(value, key, **score);
-    } else if (auto* const* picture = std::get_if<EventPicture*>(&field)) {
-      read_choice(value, key, **picture);
-    } else {
-      *std::get<std::string*>(field) = document_.text(value, key);
-    }
+    const auto read = [&](auto* member) {
+      using T = std::remove_pointer_t<decltype(member)>;
+      if constexpr (std::is_same_v<T, double>) {
+        *member = document_.number_in(value, key, range);
+      } else if constexpr (std::is_same_v<T, int>) {
+        *member = document_.whole_number(value, key);
+        document_.check_range(value, *member, key, range);
+      } else if constexpr (std::is_same_v<T, bool>) {
+        *member = document_.flag(value, key);
+      } else if constexpr (std::is_enum_v<T>) {
+        read_choice(value, key, *member);
+      } else {
+        *member = document_.text(value, key);
+      }
+    };
+    std::visit(read, known.field(config_));
   }
 
   template <typename Enum>
@@ -101,8 +103,9 @@ class ConfigReader {
   /// Rules between values, which the struct's own check() knows.
   void check_rules() const {
     for (const ConfigIssue issue :
-         {check(config_.frontend), check(config_.events), check(config_.reliability),
-          check(config_.motion_cue), check(config_.backend), room_for_points()}) {
+         {check(config_.frontend), check(config_.events), check(config_.lines),
+          check(config_.reliability), check(config_.motion_cue), check(config_.backend),
+          room_for_points()}) {
       if (issue.key == nullptr) continue;
       const auto line = lines_.find(issue.key);
       throw yaml::Failure{

@@ -33,13 +33,21 @@ std::string value_text(const ConfigField& field) {
 }
 
 std::string type_text(const ConfigKey& key, const ConfigField& field) {
-  if (std::holds_alternative<bool*>(field)) return "true or false";
-  if (std::holds_alternative<std::string*>(field)) return "text";
-  if (std::holds_alternative<TemporalScore*>(field)) return choices<TemporalScore>();
-  if (std::holds_alternative<EventPicture*>(field)) return choices<EventPicture>();
-  std::string out = std::holds_alternative<int*>(field) ? "whole number" : "number";
-  if (!key.unit.empty()) out += ", " + std::string(key.unit);
-  return out + ", " + number_text(key.low) + " ... " + number_text(key.high);
+  const auto text = [&key](const auto* member) -> std::string {
+    using T = std::remove_const_t<std::remove_pointer_t<decltype(member)>>;
+    if constexpr (std::is_same_v<T, bool>) {
+      return "true or false";
+    } else if constexpr (std::is_same_v<T, std::string>) {
+      return "text";
+    } else if constexpr (std::is_enum_v<T>) {
+      return choices<T>();
+    } else {
+      std::string out = std::is_same_v<T, int> ? "whole number" : "number";
+      if (!key.unit.empty()) out += ", " + std::string(key.unit);
+      return out + ", " + number_text(key.low) + " ... " + number_text(key.high);
+    }
+  };
+  return std::visit(text, field);
 }
 
 }  // namespace

@@ -8,6 +8,7 @@ namespace pled {
 namespace {
 
 constexpr double kMaxPoints = static_cast<double>(limits::kMaxPoints);
+constexpr double kMaxLines = static_cast<double>(limits::kMaxLines);
 
 /// `field` of a row: the address of one member.
 #define PLED_FIELD(member) [](AppConfig& c) -> ConfigField { return &c.member; }
@@ -75,6 +76,23 @@ constexpr std::array kSchema{
     ConfigKey{"events.hot_burst", "", 2, 1000, "the same, for more than so many events",
               PLED_FIELD(events.hot_burst)},
 
+    ConfigKey{"lines.source", "", 0, 0,
+              "whose pictures lines are looked for in: none, events, frames or both",
+              PLED_FIELD(lines.source)},
+    ConfigKey{"lines.event_picture", "", 0, 0,
+              "how events are drawn for lines: brightness or time_surface",
+              PLED_FIELD(lines.event_picture)},
+    ConfigKey{"lines.max_lines", "", 4, kMaxLines, "lines followed at once in each kind of picture",
+              PLED_FIELD(lines.tracking.max_lines)},
+    ConfigKey{"lines.min_length_share", "", 0.03, 0.5,
+              "shortest line as a share of the picture's shorter side; 10 px or more",
+              PLED_FIELD(lines.tracking.min_length_share)},
+    ConfigKey{"lines.max_bow_px", "px", 0.2, 5, "how far an edge may bow from its chord",
+              PLED_FIELD(lines.tracking.max_bow_px)},
+    ConfigKey{"lines.search_px", "px", 1, 30,
+              "a line's way across in a frame, turning removed, at 240 px width; scaled up to 3x",
+              PLED_FIELD(lines.tracking.search_px)},
+
     ConfigKey{"reliability.score", "", 0, 0,
               "what tells moving points: motion, paper (entropy-recency) or count (of events)",
               PLED_FIELD(reliability.score)},
@@ -110,6 +128,8 @@ constexpr std::array kSchema{
               PLED_FIELD(backend.point_sigma_px)},
     ConfigKey{"backend.event_point_sigma_px", "px", 0.05, 10, "the same of an event point",
               PLED_FIELD(backend.event_point_sigma_px)},
+    ConfigKey{"backend.line_sigma_px", "px", 0.05, 10,
+              "the same of a line's end, across the line", PLED_FIELD(backend.line_sigma_px)},
     ConfigKey{"backend.start_sigma_px", "px", 0.05, 10,
               "noise of a tracked point, one axis, until the estimator has started",
               PLED_FIELD(backend.start_sigma_px)},
@@ -125,6 +145,9 @@ constexpr std::array kSchema{
               PLED_FIELD(backend.keyframe_parallax_px)},
     ConfigKey{"backend.min_observations", "", 2, 11, "frames that saw a point before it takes part",
               PLED_FIELD(backend.min_observations)},
+    ConfigKey{"backend.min_line_observations", "", 2, 11,
+              "frames that saw a line before it takes part",
+              PLED_FIELD(backend.min_line_observations)},
     ConfigKey{"backend.imu_noise_scale", "", 0.1, 1000, "multiplies the calibrated noise densities",
               PLED_FIELD(backend.imu_noise_scale)},
     ConfigKey{"backend.estimate_time_shift", "", 0, 0,
@@ -157,6 +180,30 @@ constexpr std::array kSchema{
     ConfigKey{"backend.init_max_scale_sigma", "", 0.005, 1,
               "largest relative uncertainty of scale to start with",
               PLED_FIELD(backend.init_max_scale_sigma)},
+
+    ConfigKey{"robust.mode", "", 0, 0,
+              "how a feature's weight follows from its errors; none: every weight is 1",
+              PLED_FIELD(backend.robust.mode)},
+    ConfigKey{
+        "robust.lambda_w", "", 0.01, 1000,
+        "squared error that halves a weight, in sigmas: of an observation, or the paper's sum",
+        PLED_FIELD(backend.robust.lambda_w)},
+    ConfigKey{"robust.lambda_m", "", 0, 1000,
+              "hold of the weight before, times the observations squared",
+              PLED_FIELD(backend.robust.lambda_m)},
+
+    ConfigKey{
+        "fusion.mode", "", 0, 0,
+        "what time tells in the weight: nothing, by the paper's rule, or as a term of the loss",
+        PLED_FIELD(backend.fusion.mode)},
+    ConfigKey{"fusion.alpha0", "", 0, 1, "paper: share of what time tells where geometry agrees",
+              PLED_FIELD(backend.fusion.alpha0)},
+    ConfigKey{"fusion.tau", "", 0.01, 10,
+              "paper: difference of the two at which that share has fallen to 1/e",
+              PLED_FIELD(backend.fusion.tau)},
+    ConfigKey{"fusion.lambda_z", "", 0, 1000,
+              "prior: pull to what time tells, in the units of robust.lambda_w",
+              PLED_FIELD(backend.fusion.lambda_z)},
 };
 
 #undef PLED_FIELD

@@ -38,6 +38,7 @@ WeightQuality judge_weights(std::span<const LabelledWeight> rows) {
   const auto n_static = static_cast<double>(q.n_static);
   const auto n_dynamic = static_cast<double>(q.n_dynamic);
   if (!known.empty()) q.mae = (n_static - w_static + w_dynamic) / (n_static + n_dynamic);
+  if (q.n_static > 0) q.mean_static = w_static / n_static;
   if (q.n_static == 0 || q.n_dynamic == 0) return q;
   q.mae_balanced = 0.5 * (1.0 - w_static / n_static + w_dynamic / n_dynamic);
   if (w_dynamic > 0.0) q.w_ratio = (w_static / n_static) / (w_dynamic / n_dynamic);

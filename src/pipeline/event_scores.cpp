@@ -19,7 +19,14 @@ EventScores::EventScores(const ReliabilityConfig& config, const EventWarp& warp,
   stretch_ = mean_focal_px(grid) * (1.0 + x * x + y * y);
 }
 
+BinCounterLosses EventScores::losses() const noexcept {
+  const BinCounterLosses now = map_.losses();
+  return {lost_before_.saturated + now.saturated, lost_before_.late + now.late,
+          lost_before_.outside + now.outside};
+}
+
 void EventScores::reset() noexcept {
+  lost_before_ = losses();
   map_.reset();
   clock_ = BinClock(clock_.width());
   binned_.reset();
@@ -74,18 +81,25 @@ double EventScores::shift_since_anchor_px(Timestamp t, const TurnHistory& turn) 
 void EventScores::observe(Timestamp t) noexcept {
   observed_ = t;
   last_bin_ = clock_.on_frame(t);
+  binned_ = std::max(t, binned_.value_or(t));  // the last event is older than the frame
 }
 
-std::optional<PixelScore> EventScores::read(const Eigen::Vector3d& ray_cam, const TurnHistory& turn,
-                                            ScorePooling pooling, ScoreForm form) const noexcept {
+std::optional<Eigen::Vector2d> EventScores::place(const Eigen::Vector3d& ray_cam,
+                                                  const TurnHistory& turn) const noexcept {
   const std::optional<Timestamp> anchor = map_.reference();
   if (!anchor) return std::nullopt;
   const std::optional<Eigen::Quaterniond> R_anchor_now = turn.rotation(*anchor, observed_);
   if (!R_anchor_now) return std::nullopt;
   const Eigen::Vector3d ray = *R_anchor_now * ray_cam;
   if (!(ray.z() > 0.0)) return std::nullopt;
-  return map_.read(grid_.fx_px * ray.x() / ray.z() + grid_.cx_px,
-                   grid_.fy_px * ray.y() / ray.z() + grid_.cy_px, last_bin_, pooling, form);
+  return Eigen::Vector2d(grid_.fx_px * ray.x() / ray.z() + grid_.cx_px,
+                         grid_.fy_px * ray.y() / ray.z() + grid_.cy_px);
+}
+
+std::optional<PixelScore> EventScores::read(const Eigen::Vector3d& ray_cam, const TurnHistory& turn,
+                                            ScorePooling pooling, ScoreForm form) const noexcept {
+  const std::optional<Eigen::Vector2d> px = place(ray_cam, turn);
+  return px ? map_.read(px->x(), px->y(), last_bin_, pooling, form) : std::nullopt;
 }
 
 }  // namespace pled

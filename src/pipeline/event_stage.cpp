@@ -33,6 +33,13 @@ EventWarp make_warp(const UndistortionTable& table, const CameraCalibration& gri
   return warp;
 }
 
+EventPictureKinds kinds_of(const EventStageConfig& config) noexcept {
+  EventPictureKinds kinds;
+  if (config.events.max_points > 0) kinds.add(config.events.picture);
+  if (config.line_picture) kinds.add(*config.line_picture);
+  return kinds;
+}
+
 }  // namespace
 
 EventStage::EventStage(const EventStageConfig& config, const RigCalibration& rig,
@@ -45,7 +52,8 @@ EventStage::EventStage(const EventStageConfig& config, const RigCalibration& rig
       warp_(make_warp(table_, rectified(camera_.calibration()))),
       map_warp_(make_warp(table_, rectified(camera_.calibration(), limits::kMapMargin_px))),
       limit_(config.events.max_rate_mevps),
-      points_(config.events, config.tracking, camera_, rig.event_camera, warp_, buffers.points),
+      pictures_(config.events, camera_, warp_, kinds_of(config), buffers.pictures),
+      points_(config.events, config.tracking, camera_, rig.event_camera, warp_, buffers.tracker),
       scores_(config.reliability, map_warp_,
               rectified(camera_.calibration(), limits::kMapMargin_px), buffers.map) {}
 
@@ -69,17 +77,17 @@ void EventStage::expect(Timestamp t) noexcept {
 void EventStage::on_events(std::span<const Event> events) noexcept {
   limit_.pass(events, [this](std::span<const Event> passed) {
     while (!passed.empty()) {
-      const std::span<const Event> run = passed.first(std::min(passed.size(), EventPoints::kRun));
+      const std::span<const Event> run = passed.first(std::min(passed.size(), EventPictures::kRun));
       take(run);
       passed = passed.subspan(run.size());
     }
   });
 }
 
-/// Points and map get the same events: a hot pixel would look like something that moves.
+/// Pictures and map get the same events: a hot pixel would look like something that moves.
 void EventStage::take(std::span<const Event> run) noexcept {
-  if (config_.events.max_points == 0 && !config_.keep_map) return;
-  const std::span<const EventVerdict> verdicts = points_.on_events(run);
+  if (config_.events.max_points == 0 && !config_.line_picture && !config_.keep_map) return;
+  const std::span<const EventVerdict> verdicts = pictures_.on_events(run);
   if (!config_.keep_map) return;
   std::size_t n = 0;
   for (std::size_t i = 0; i < run.size(); ++i)
@@ -89,7 +97,7 @@ void EventStage::take(std::span<const Event> run) noexcept {
 }
 
 void EventStage::take_slices(Timestamp t_event) noexcept {
-  if (points_.reach() <= Duration{}) {
+  if (pictures_.reach() <= Duration{}) {
     slices_.t_ref = t_event;
     slices_.count = 0;
     return;
@@ -99,7 +107,7 @@ void EventStage::take_slices(Timestamp t_event) noexcept {
   if (oldest && newest && *oldest < t_event) {
     // The gyro may end a little before the frame; what is older than it knows is not drawn.
     const Timestamp to = std::min(t_event, *newest);
-    const Timestamp from = std::max(t_event - points_.reach(), *oldest);
+    const Timestamp from = std::max(t_event - pictures_.reach(), *oldest);
     if (t_event - to <= Duration{TurnHistory::kMaxStep_us} && from <= to &&
         turn_.slices(to, from, to, warp_.slice_error_rad(), slices_))
       return;
@@ -112,21 +120,44 @@ void EventStage::observe(Timestamp t, std::int64_t stamp_ns,
                          const std::optional<Eigen::Quaterniond>& R_prev_cur_body,
                          FrameMeasurement& out) noexcept {
   const Timestamp t_event = t - shift_;
+  observed_ = t_event;
   take_slices(t_event);
   std::optional<Eigen::Quaterniond> R_prev_cur_cam;
   if (R_prev_cur_body) R_prev_cur_cam = R_body_cam_.conjugate() * *R_prev_cur_body * R_body_cam_;
   if (config_.events.max_points > 0) {
-    points_.observe(slices_, t, stamp_ns, R_prev_cur_cam, out);
+    pictures_.draw(points_.kind(), slices_, t_event);
+    points_.observe(pictures_, slices_, t_event, t, stamp_ns, R_prev_cur_cam, out);
   } else {
     out = {};
   }
   if (config_.keep_map) scores_.observe(t_event);
 }
 
+ImageView<const std::uint8_t> EventStage::line_picture() noexcept {
+  if (!config_.line_picture) return {};
+  const EventPicture kind = *config_.line_picture;
+  const bool is_drawn = config_.events.max_points > 0 && kind == points_.kind();
+  if (!is_drawn) pictures_.draw(kind, slices_, observed_);
+  return pictures_.picture(kind);
+}
+
 std::optional<PixelScore> EventStage::score(const Eigen::Vector3d& ray_cam, ScorePooling pooling,
                                             ScoreForm form) const noexcept {
   if (!config_.keep_map) return std::nullopt;
   return scores_.read(ray_cam, turn_, pooling, form);
+}
+
+std::optional<Eigen::Vector2d> EventStage::map_place(
+    const Eigen::Vector3d& ray_cam) const noexcept {
+  if (!config_.keep_map) return std::nullopt;
+  return scores_.place(ray_cam, turn_);
+}
+
+std::optional<LineBand> EventStage::line_band(const Eigen::Vector2d& start_px,
+                                              const Eigen::Vector2d& end_px,
+                                              ScoreForm form) const noexcept {
+  if (!config_.keep_map) return std::nullopt;
+  return scores_.read_band(start_px, end_px, form);
 }
 
 void EventStage::correct_clock(Duration shift) noexcept {
@@ -137,12 +168,14 @@ void EventStage::correct_clock(Duration shift) noexcept {
 void EventStage::reset() noexcept {
   turn_.clear();
   turned_until_ = Timestamp{INT64_MIN};
+  pictures_.reset();
   points_.reset();
   scores_.reset();
 }
 
 EventStageCounts EventStage::counts() const noexcept {
-  return {points_.counts(), limit_.shed(), scores_.without_turn(), still_pictures_};
+  return {pictures_.counts(), limit_.shed(),    scores_.without_turn(),
+          still_pictures_,    scores_.losses(), turn_.faults()};
 }
 
 }  // namespace pled

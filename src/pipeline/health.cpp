@@ -23,6 +23,11 @@ std::string_view to_string(Fault fault) noexcept {
     case Fault::kEventHotPixel: return "event_hot_pixel";
     case Fault::kEventShed: return "event_shed";
     case Fault::kEventWithoutTurn: return "event_without_turn";
+    case Fault::kEventMapFull: return "event_map_full";
+    case Fault::kEventMapLate: return "event_map_late";
+    case Fault::kEventMapOutside: return "event_map_outside";
+    case Fault::kEventTurnGap: return "event_turn_gap";
+    case Fault::kEventTurnDropped: return "event_turn_dropped";
     case Fault::kImuGap: return "imu_gap";
     case Fault::kImuDuplicate: return "imu_duplicate";
     case Fault::kImuBackwards: return "imu_backwards";
@@ -31,6 +36,7 @@ std::string_view to_string(Fault fault) noexcept {
     case Fault::kImuImplausible: return "imu_implausible";
     case Fault::kImuStampWild: return "imu_stamp_wild";
     case Fault::kFrameStampWild: return "frame_stamp_wild";
+    case Fault::kLinePictureSkipped: return "line_picture_skipped";
     case Fault::kClockJump: return "clock_jump";
     case Fault::kFrameUnreadable: return "frame_unreadable";
     case Fault::kFrameOutOfOrder: return "frame_out_of_order";
@@ -49,6 +55,7 @@ std::string_view to_string(Stage stage) noexcept {
     case Stage::kRead: return "read";
     case Stage::kEvents: return "events";
     case Stage::kFrontend: return "frontend";
+    case Stage::kLines: return "lines";
     case Stage::kScores: return "scores";
     case Stage::kBackend: return "backend";
     case Stage::kFrame: return "frame";

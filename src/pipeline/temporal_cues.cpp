@@ -24,11 +24,13 @@ TemporalCues::TemporalCues(const MotionCueConfig& config, const RigCalibration& 
     : rig_(rig),
       read_map_(read_map),
       motion_(config, rig),
+      lines_(config, rig),
       checks_{MotionCheck(mean_focal_px(rig.cameras[0]), kGate_px),
               MotionCheck(mean_focal_px(rig.cameras[rig.num_cameras - 1]), kGate_px)} {}
 
 void TemporalCues::reset() noexcept {
   motion_.reset();
+  lines_.reset();
   for (MotionCheck& check : checks_) check.reset();
 }
 
@@ -45,13 +47,28 @@ std::span<const TemporalWeights> TemporalCues::judge(const FrameMeasurement& fra
   const bool metric = poses >= 2;
   if (!metric) poses = guess_path(frame, t, imu, gyro_bias_radps, path);
   motion_.judge(frame, std::span(path).first(poses), metric, evidence_);
+  lines_.judge(frame, std::span(path).first(poses), metric, evidence_);
   const std::span<TemporalWeights> out = std::span(weights_).first(frame.points.size());
   for (std::size_t i = 0; i < out.size(); ++i) {
     out[i] = {};
     out[i].motion = evidence_[i].w_static;
   }
-  if (read_map_ && events != nullptr) read_map(frame, *events);
+  if (read_map_ && events != nullptr) {
+    read_map(frame, *events);
+    std::optional<Eigen::Quaterniond> R_last_now;
+    if (t.size() > 1) R_last_now = imu.rotation(t[1], t[0], gyro_bias_radps);
+    lines_.read_map(frame, motion_, evidence_, R_last_now, *events);
+  }
   return out;
+}
+
+void TemporalCues::write(TemporalScore score, FrameMeasurement& frame) const noexcept {
+  for (std::size_t i = 0; i < frame.points.size(); ++i)
+    frame.points[i].w_temporal = weights_[i].of(score);
+  for (std::size_t i = 0; i < lines().size(); ++i) {
+    frame.lines[i].w_temporal = lines()[i].of(score);
+    frame.lines[i].alpha_line = lines_.alpha(i, score);
+  }
 }
 
 /// Bearings then and now of the points of one camera that have been seen for so many frames.

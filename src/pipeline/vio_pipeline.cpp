@@ -16,7 +16,7 @@ constexpr Duration kSearchAgain = Duration::from_ms(500);
 
 VioPipeline::VioPipeline(const RigCalibration& rig, ImuHistory& imu, FrameTracker& tracker,
                          Backend& backend, Health& health, const PipelineOptions& options,
-                         EventStage* events) noexcept
+                         EventStage* events, LineStage* lines) noexcept
     : rig_(rig),
       imu_(imu),
       tracker_(tracker),
@@ -25,6 +25,7 @@ VioPipeline::VioPipeline(const RigCalibration& rig, ImuHistory& imu, FrameTracke
       frame_shift_(Duration::from_s(rig.cameras[rig.frame_camera].time_shift_s)),
       options_(options),
       events_(events),
+      lines_(lines),
       cues_(options.motion_cue, rig, options.all_scores || options.score != TemporalScore::kMotion),
       find_time_shift_(options.find_time_shift) {}
 
@@ -56,6 +57,7 @@ void VioPipeline::on_clock_jump() noexcept {
   next_search_.reset();
   event_points_ = {};  // else new corners would keep away from where points were
   if (events_ != nullptr) events_->reset();
+  if (lines_ != nullptr) lines_->reset();
 }
 
 Eigen::Vector3d VioPipeline::gyro_bias() const noexcept {
@@ -114,15 +116,16 @@ bool VioPipeline::on_frame(const FrameView& frame, FrameResult& result) noexcept
     return false;
   }
   ++health_.frames.used;
-  track(frame, t);
+  std::optional<Eigen::Quaterniond> R_prev_cur_body;
+  if (has_last_frame_) R_prev_cur_body = imu_.rotation(last_frame_, t, gyro_bias());
+  track(frame, t, R_prev_cur_body);
+  if (lines_ != nullptr) find_lines(frame, R_prev_cur_body);
   weigh(result);
   {
     const StageTimer timer(health_, Stage::kBackend);
     backend_.process(measurement_, imu_, output_);
   }
   health_.set(Fault::kEstimatorReset, output_.pose.reset_counter);
-  for (std::size_t i = 0; i < result.temporal.size(); ++i)
-    output_.weights[i].w_temporal = result.temporal[i].of(options_.score);
   result.measurement = &measurement_;
   result.backend = &output_;
   result.pose_at_stamp = carried_back(output_.pose);
@@ -161,13 +164,16 @@ void VioPipeline::correct_clocks(Duration shift) noexcept {
     frame_shift_ = frame_shift_ + shift;
     last_frame_ = last_frame_ + shift;
     tracker_.shift_clock(shift);
+    if (lines_ != nullptr) lines_->shift_frames(shift);
   }
   if (events_ == nullptr) return;
   if (options_.use_frames && !one_clock) {
     events_->shift_clock(shift);
+    if (lines_ != nullptr) lines_->shift_events(shift);
     return;
   }
   events_->correct_clock(shift);
+  if (lines_ != nullptr) lines_->reset_events();
   event_points_ = {};
 }
 
@@ -186,10 +192,9 @@ PoseEstimate VioPipeline::carried_back(const PoseEstimate& pose) const noexcept 
   return back;
 }
 
-void VioPipeline::track(const FrameView& frame, Timestamp t) noexcept {
+void VioPipeline::track(const FrameView& frame, Timestamp t,
+                        const std::optional<Eigen::Quaterniond>& R_prev_cur_body) noexcept {
   const StageTimer timer(health_, Stage::kFrontend);
-  std::optional<Eigen::Quaterniond> R_prev_cur_body;
-  if (has_last_frame_) R_prev_cur_body = imu_.rotation(last_frame_, t, gyro_bias());
   if (options_.use_frames) {
     std::optional<Eigen::Quaterniond> R_prev_cur_cam;
     if (R_prev_cur_body) {
@@ -226,6 +231,16 @@ void VioPipeline::add_event_points(
   report_events();
 }
 
+void VioPipeline::find_lines(const FrameView& frame,
+                             const std::optional<Eigen::Quaterniond>& R_prev_cur_body) noexcept {
+  const StageTimer timer(health_, Stage::kLines);
+  LinePictures pictures;
+  if (options_.use_frames) pictures.frame = frame.image;
+  if (events_ != nullptr) pictures.events = events_->line_picture();
+  lines_->observe(pictures, R_prev_cur_body, measurement_);
+  health_.set(Fault::kLinePictureSkipped, lines_->skipped());
+}
+
 void VioPipeline::report_events() noexcept {
   const EventStageCounts counts = events_->counts();
   const SurfaceCounts& surface = counts.surface;
@@ -233,6 +248,11 @@ void VioPipeline::report_events() noexcept {
   health_.set(Fault::kEventHotPixel, surface.hot);
   health_.set(Fault::kEventStampWild, surface.strange_stamp);
   health_.set(Fault::kEventWithoutTurn, counts.still_pictures + counts.without_turn);
+  health_.set(Fault::kEventMapFull, counts.map.saturated);
+  health_.set(Fault::kEventMapLate, counts.map.late);
+  health_.set(Fault::kEventMapOutside, counts.map.outside);
+  health_.set(Fault::kEventTurnGap, counts.turn.gaps + counts.turn.restarts);
+  health_.set(Fault::kEventTurnDropped, counts.turn.backwards + counts.turn.not_finite);
   health_.events.dropped = counts.shed + surface.hot + surface.outside + surface.strange_stamp;
   health_.events.used = health_.events.in - health_.events.dropped;
 }
@@ -254,6 +274,8 @@ std::optional<NavState> VioPipeline::known_state() const noexcept {
 void VioPipeline::weigh(FrameResult& result) noexcept {
   const StageTimer timer(health_, Stage::kScores);
   result.temporal = cues_.judge(measurement_, imu_, known_state(), gyro_bias(), events_);
+  result.temporal_lines = cues_.lines();
+  cues_.write(options_.score, measurement_);
 }
 
 }  // namespace pled

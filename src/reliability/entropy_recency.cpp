@@ -35,22 +35,30 @@ PixelScore ScoreTables::score(const BinCounts& counts, ScoreForm form) const noe
   return form == ScoreForm::kPaper ? paper_score(counts) : clean_score(counts);
 }
 
+double ScoreTables::recency(const BinCounts& counts, ScoreForm form) const noexcept {
+  std::uint32_t n = 0;
+  for (const std::uint8_t c : counts) n += c;
+  const bool paper = form == ScoreForm::kPaper;
+  if (n == 0 && !paper) return 0.0;
+  const double epsilon = paper ? kPaperEpsilon : 0.0;
+  double mean = 0.0;
+  for (std::size_t k = 0; k < kBins; ++k) mean += weights_[k] * (counts[k] / (n + epsilon));
+  const double q = (mean - min_weight_) / (1.0 - min_weight_ + epsilon);
+  return paper ? q : std::clamp(q, 0.0, 1.0);  // against rounding
+}
+
 PixelScore ScoreTables::clean_score(const BinCounts& counts) const noexcept {
   PixelScore out;
   double sum_c_log_c = 0.0;
-  double sum_weighted = 0.0;
-  for (std::size_t k = 0; k < kBins; ++k) {
-    out.n += counts[k];
-    sum_c_log_c += c_log_c_[counts[k]];
-    sum_weighted += weights_[k] * static_cast<double>(counts[k]);
+  for (const std::uint8_t c : counts) {
+    out.n += c;
+    sum_c_log_c += c_log_c_[c];
   }
   if (out.n == 0) return out;
-  const double n = out.n;
   // -sum c/n log(c/n) = log n - sum (c log c) / n
-  const double h = (log_n_[out.n] - sum_c_log_c / n) / log_n_[kBins];
-  const double q = (sum_weighted / n - min_weight_) / (1.0 - min_weight_);
+  const double h = (log_n_[out.n] - sum_c_log_c / out.n) / log_n_[kBins];
   out.h = std::clamp(h, 0.0, 1.0);  // against rounding
-  out.q = std::clamp(q, 0.0, 1.0);
+  out.q = recency(counts, ScoreForm::kClean);
   out.s = fuse(out.h, out.q);
   return out;
 }
@@ -59,14 +67,12 @@ PixelScore ScoreTables::paper_score(const BinCounts& counts) const noexcept {
   PixelScore out;
   for (const std::uint8_t c : counts) out.n += c;
   double entropy = 0.0;
-  double recency = 0.0;
-  for (std::size_t k = 0; k < kBins; ++k) {
-    const double p = counts[k] / (out.n + kPaperEpsilon);
+  for (const std::uint8_t c : counts) {
+    const double p = c / (out.n + kPaperEpsilon);
     entropy -= p * std::log(p + kPaperEpsilon);
-    recency += weights_[k] * p;
   }
   out.h = entropy / log_n_[kBins];
-  out.q = (recency - min_weight_) / (1.0 - min_weight_ + kPaperEpsilon);
+  out.q = recency(counts, ScoreForm::kPaper);
   out.s = fuse(out.h, out.q);
   return out;
 }

@@ -5,33 +5,12 @@
 #include <optional>
 
 #include "pled_vins/core/check.hpp"
+#include "src/reliability/cue_pool.hpp"
 
 namespace pled {
 namespace {
 
-constexpr double kNearest_m = 0.2;
-constexpr double kMaxInverseDepth = 1.0 / kNearest_m;
-constexpr double kLeastZ = 1e-3;
-constexpr int kFitSteps = 4;
-constexpr double kLeastResidual_px = 0.05;
-constexpr double kMostResidual_px = 20.0;
-/// Neighbours whose weights add up to less say nothing.
-constexpr double kLeastWeight = 0.02;
-/// A share of doubt that keeps one distant neighbour from being believed as much as many near ones.
-constexpr double kDoubt = 0.05;
-/// What stands nearer than its surroundings moves by itself more often than they do; so much a
-/// factor e of nearness counts, against a factor e of residual. Surroundings: a Gaussian on the
-/// plane z = 1; nearness is told apart up to the floor's distance, and no more than the limit.
-constexpr double kNearnessWeight = 1.0;
-constexpr double kNearnessRadius = 0.25;
-constexpr double kNearnessFloor_pm = 0.1;
-constexpr double kMostNearness = 1.5;
-/// Noise of a sight as a share of the residual at which a point is as likely to move as to rest.
-constexpr double kNoiseOfEven = 0.5;
-/// A depth that is known to this (relative to it plus the floor) tells half of what a sure one
-/// does.
-constexpr double kHalfSure = 0.3;
-constexpr double kWellKnown = 1.0 / 3.0;
+using cue::kLeastZ;
 
 /// One earlier sight of a point: q = a + rho t is its direction there, x where it was seen.
 struct Sight {
@@ -50,7 +29,7 @@ struct DepthFit {
 /// solves the linear problem with the last step's z.
 DepthFit best_inverse_depth(std::span<const Sight> sights) noexcept {
   DepthFit fit;
-  for (int step = 0; step < kFitSteps; ++step) {
+  for (int step = 0; step < cue::kFitSteps; ++step) {
     double h = 1e-12;
     double g = 0.0;
     Eigen::Vector2d sum = Eigen::Vector2d::Zero();
@@ -62,7 +41,7 @@ DepthFit best_inverse_depth(std::span<const Sight> sights) noexcept {
       g -= c.dot(r);
       sum += c;
     }
-    fit.rho = std::clamp(g / h, 0.0, kMaxInverseDepth);
+    fit.rho = std::clamp(g / h, 0.0, cue::kMaxInverseDepth);
     // The newest sight's noise is in every difference: covariance I + 1 1^T.
     fit.sigma = std::sqrt(h + sum.squaredNorm()) / h;
   }
@@ -71,16 +50,6 @@ DepthFit best_inverse_depth(std::span<const Sight> sights) noexcept {
     fit.squares += (q.head<2>() / std::max(q.z(), kLeastZ) - s.x).squaredNorm();
   }
   return fit;
-}
-
-std::optional<std::size_t> find(std::span<const FeatureId> ids, FeatureId id,
-                                std::size_t hint) noexcept {
-  // Tracks keep their order, so a point stands at its last place or before it.
-  for (std::size_t i = std::min(hint, ids.size()); i < ids.size(); ++i)
-    if (ids[i] == id) return i;
-  for (std::size_t i = 0; i < std::min(hint, ids.size()); ++i)
-    if (ids[i] == id) return i;
-  return std::nullopt;
 }
 
 /// What is known of the points of one frame while they are pooled.
@@ -94,31 +63,26 @@ struct Pool {
 /// Adds to each belief how much nearer the point is than what surrounds it, as far as depths are
 /// known: a camera that hovers knows none.
 void add_nearness(std::span<const MotionEvidence> evidence, Pool& pool) noexcept {
-  constexpr double narrow = 0.5 / (kNearnessRadius * kNearnessRadius);
-  std::array<double, limits::kMaxPoints> nearness{};
-  std::array<double, limits::kMaxPoints> sure{};
+  std::array<cue::Nearness, limits::kMaxPoints> nearness{};
   std::array<double, limits::kMaxPoints> weights{};
   std::array<double, limits::kMaxPoints> sums{};
   for (std::size_t i = 0; i < pool.n; ++i) {
     if (evidence[i].frames == 0) continue;
-    const double rho = evidence[i].inverse_depth_pm + kNearnessFloor_pm;
-    const double open = evidence[i].inverse_depth_sigma_pm / (kHalfSure * rho);
-    nearness[i] = std::log(rho);
-    sure[i] = 1.0 / (1.0 + open * open);
+    nearness[i] =
+        cue::nearness_of(evidence[i].inverse_depth_pm, evidence[i].inverse_depth_sigma_pm);
     for (std::size_t k = 0; k < i; ++k) {
-      const double near = std::exp(-narrow * (pool.place[i] - pool.place[k]).squaredNorm());
-      weights[i] += sure[k] * near;
-      weights[k] += sure[i] * near;
-      sums[i] += sure[k] * near * nearness[k];
-      sums[k] += sure[i] * near * nearness[i];
+      if (evidence[k].frames == 0) continue;
+      const double near =
+          cue::closeness((pool.place[i] - pool.place[k]).squaredNorm(), cue::kNearnessRadius);
+      weights[i] += nearness[k].sure * near;
+      weights[k] += nearness[i].sure * near;
+      sums[i] += nearness[k].sure * near * nearness[k].log_rho;
+      sums[k] += nearness[i].sure * near * nearness[i].log_rho;
     }
   }
-  for (std::size_t i = 0; i < pool.n; ++i) {
-    if (!(weights[i] > kLeastWeight)) continue;
-    const double stands_out = nearness[i] - sums[i] / weights[i];
-    pool.belief[i] +=
-        kNearnessWeight * sure[i] * std::clamp(stands_out, -kMostNearness, kMostNearness);
-  }
+  for (std::size_t i = 0; i < pool.n; ++i)
+    if (weights[i] > cue::kLeastWeight)
+      pool.belief[i] += cue::doubt_of_near(nearness[i], sums[i] / weights[i]);
 }
 
 }  // namespace
@@ -143,7 +107,7 @@ std::optional<Eigen::Vector2d> MotionCue::bearing(FeatureId id, std::size_t back
                                                   std::size_t hint) const noexcept {
   if (back >= num_past_) return std::nullopt;
   const PastFrame& frame = past(back);
-  const std::optional<std::size_t> at = find({frame.ids.data(), frame.ids.size()}, id, hint);
+  const std::optional<std::size_t> at = cue::find({frame.ids.data(), frame.ids.size()}, id, hint);
   if (!at) return std::nullopt;
   return Eigen::Vector2d(frame.bearings[*at][0], frame.bearings[*at][1]);
 }
@@ -157,7 +121,7 @@ void MotionCue::judge(const FrameMeasurement& frame, std::span<const Pose> T_wor
     out[i] = {};
     fit_depth(frame.points[i], i, T_world_body, out[i]);
     out[i].depth_known =
-        metric && out[i].inverse_depth_sigma_pm < kWellKnown * out[i].inverse_depth_pm;
+        metric && out[i].inverse_depth_sigma_pm < cue::kWellKnown * out[i].inverse_depth_pm;
   }
   pool(frame, out);
   keep(frame);
@@ -176,7 +140,7 @@ void MotionCue::fit_depth(const PointMeasurement& point, std::size_t index,
   for (std::size_t back = 0; back < known; ++back) {
     const PastFrame& frame = past(back);
     const std::optional<std::size_t> at =
-        find({frame.ids.data(), frame.ids.size()}, point.id, hint);
+        cue::find({frame.ids.data(), frame.ids.size()}, point.id, hint);
     if (!at) break;  // a track has no holes
     hint = *at;
     const Pose T_then_now = (T_world_body[back + 1] * camera.T_body_cam).inverse() * T_world_now;
@@ -185,9 +149,10 @@ void MotionCue::fit_depth(const PointMeasurement& point, std::size_t index,
   }
   if (n == 0) return;
   const DepthFit fit = best_inverse_depth(std::span(sights).first(n));
+  if (!std::isfinite(fit.squares) || !std::isfinite(fit.sigma)) return;
   const double focal_px = mean_focal_px(camera);
   const bool of_events = point.kind == FeatureKind::kEventPoint;
-  const double noise_px = kNoiseOfEven * (of_events ? config_.event_even_px : config_.even_px);
+  const double noise_px = cue::kNoiseOfEven * (of_events ? config_.event_even_px : config_.even_px);
   out.inverse_depth_pm = fit.rho;
   out.inverse_depth_sigma_pm = noise_px / focal_px * fit.sigma;
   out.residual_px = focal_px * std::sqrt(fit.squares / static_cast<double>(n));
@@ -201,31 +166,30 @@ void MotionCue::pool(const FrameMeasurement& frame, std::span<MotionEvidence> ou
   for (std::size_t i = 0; i < pool.n; ++i) {
     const PointMeasurement& p = frame.points[i];
     const Pose T = T_cam_body * rig_.cameras[p.camera].T_body_cam;
-    Eigen::Vector3d q = T.q * Eigen::Vector3d(p.bearing_xy[0], p.bearing_xy[1], 1.0);
-    if (out[i].depth_known) q += out[i].inverse_depth_pm * T.p;
-    pool.place[i] = q.head<2>() / std::max(q.z(), kLeastZ);
+    pool.place[i] =
+        cue::place_of(T, p.bearing_xy, out[i].depth_known ? out[i].inverse_depth_pm : 0.0);
     if (out[i].frames == 0) continue;
-    const double residual = std::clamp(out[i].residual_px, kLeastResidual_px, kMostResidual_px);
     const bool of_events = p.kind == FeatureKind::kEventPoint;
-    pool.belief[i] = std::log(residual / (of_events ? config_.event_even_px : config_.even_px));
+    pool.belief[i] =
+        cue::belief_of(out[i].residual_px, of_events ? config_.event_even_px : config_.even_px);
     pool.share[i] = of_events ? config_.event_weight : 1.0;
   }
   add_nearness(out, pool);
-  const double narrow = 0.5 / (config_.pool_radius * config_.pool_radius);
   for (std::size_t i = 0; i < pool.n; ++i) {
+    if (out[i].frames > 0) out[i].belief = pool.belief[i];
     double weights = 0.0;
     double sum = 0.0;
     for (std::size_t k = 0; k < pool.n; ++k) {
       if (out[k].frames == 0) continue;
-      const double near = k == i
-                              ? config_.own_weight
-                              : std::exp(-narrow * (pool.place[i] - pool.place[k]).squaredNorm());
+      const double near = k == i ? config_.own_weight
+                                 : cue::closeness((pool.place[i] - pool.place[k]).squaredNorm(),
+                                                  config_.pool_radius);
       const double w = pool.share[k] * near;
       weights += w;
       sum += w * pool.belief[k];
     }
-    if (!(weights > kLeastWeight)) continue;
-    out[i].w_static = 1.0 / (1.0 + std::exp(config_.steepness * sum / (weights + kDoubt)));
+    if (!(weights > cue::kLeastWeight)) continue;
+    out[i].w_static = cue::rest_of(sum / (weights + cue::kDoubt), config_.steepness);
   }
 }
 

@@ -42,6 +42,12 @@ class EvenSample {
   std::vector<Moment> kept_;
 };
 
+/// Of a line; a point itself.
+std::array<double, 2> middle_of(const FeatureRow& row) {
+  if (row.kind != Kind::kLine) return row.begin_px;
+  return {0.5 * (row.begin_px[0] + row.end_px[0]), 0.5 * (row.begin_px[1] + row.end_px[1])};
+}
+
 /// The upper one of two in the middle; kEmpty of none.
 double median(std::vector<double> values) {
   if (values.empty()) return kEmpty;
@@ -77,14 +83,15 @@ class Digester {
     if (frame_.rows.empty()) return;
     const auto labels = labels_.at(frame_.stamp_ns);
     const auto has_label = [&](const FeatureRow& row) {
-      return labels && (events_are_labelled_ || row.kind != Kind::kEventPoint);
+      return labels && (events_are_labelled_ || !is_of_events(row));
     };
     FrameStats stats;
     stats.stamp_ns = frame_.stamp_ns;
     double sum_w = 0.0;
     int weighed = 0;
     for (auto& [row, moving] : frame_.rows) {
-      moving = has_label(row) && is_moving(*labels, row.begin_px[0], row.begin_px[1]);
+      const auto [u_px, v_px] = middle_of(row);
+      moving = has_label(row) && is_moving(*labels, u_px, v_px);
       ++stats.tracked[static_cast<std::size_t>(row.kind)];
       stats.used += row.used ? 1 : 0;
       stats.event_points_used += row.used && row.kind == Kind::kEventPoint ? 1 : 0;

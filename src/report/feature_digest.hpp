@@ -62,8 +62,9 @@ struct FeatureDigest {
   bool labelled = false;  ///< moving and still features were told apart
 };
 
-/// Reads the file once. `recording` lends its labels and may be null. Event points of another
-/// sensor have no label: where others have one, they are left out of the histograms.
+/// Reads the file once. `recording` lends its labels and may be null; a line has that of its
+/// middle. What events of another sensor show has no label: where others have one, it is left out
+/// of the histograms.
 [[nodiscard]] std::variant<FeatureDigest, FileError> digest_features(
     const std::filesystem::path& file, const replay::Recording* recording, std::size_t max_moments);
 

@@ -9,6 +9,7 @@
 #include <string>
 #include <string_view>
 
+#include "pled_vins/core/messages.hpp"
 #include "pled_vins/evaluation/trajectory.hpp"
 
 namespace pled::report {
@@ -31,6 +32,11 @@ struct FeatureRow {
   int observations = 0;
   bool used = false;
 };
+
+/// Whether events showed it: their points and lines have ids of their own.
+[[nodiscard]] inline bool is_of_events(const FeatureRow& row) noexcept {
+  return row.kind == Kind::kEventPoint || (row.kind == Kind::kLine && row.id >= kFirstEventLineId);
+}
 
 /// features.csv row by row, so that its length costs no memory.
 class FeaturesFile {

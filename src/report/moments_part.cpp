@@ -21,10 +21,10 @@ constexpr std::int64_t kNsPerUs = 1000;
 constexpr int kPixelDecimals = 1;
 constexpr int kWeightDecimals = 3;
 
-const char* letter(Kind kind) {
-  switch (kind) {
+const char* letter(const FeatureRow& row) {
+  switch (row.kind) {
     case Kind::kEventPoint: return "e";
-    case Kind::kLine: return "l";
+    case Kind::kLine: return is_of_events(row) ? "L" : "l";
     default: return "i";
   }
 }
@@ -33,7 +33,7 @@ const char* letter(Kind kind) {
 /// names for each of some thousand rows would weigh more than the values.
 Json feature(const LabelledRow& r) {
   const FeatureRow& row = r.row;
-  return {letter(row.kind),
+  return {letter(row),
           rounded(row.begin_px[0], kPixelDecimals),
           rounded(row.begin_px[1], kPixelDecimals),
           rounded(row.end_px[0], kPixelDecimals),

@@ -94,6 +94,21 @@ double number_or_nan(const std::string& word) {
   return whole ? value : std::numeric_limits<double>::quiet_NaN();
 }
 
+/// `environment`: assignments as a shell takes them, before the program.
+Outcome run_in(const std::string& environment, const std::vector<std::string>& arguments) {
+  const fs::path folder = run_folder().next();
+  std::string command = environment + " " + quoted(PLED_VINS_EXE);
+  for (const std::string& argument : arguments) command += " " + quoted(argument);
+  command += " >" + quoted((folder / "out").string()) + " 2>" + quoted((folder / "err").string());
+  const int status = std::system(command.c_str());
+  Outcome outcome;
+  if (WIFEXITED(status)) outcome.code = WEXITSTATUS(status);
+  outcome.out = bytes_of(folder / "out");
+  outcome.err = bytes_of(folder / "err");
+  fs::remove_all(folder);
+  return outcome;
+}
+
 }  // namespace
 
 std::string bytes_of(const fs::path& file) {
@@ -112,18 +127,15 @@ bool contains(std::string_view text, std::string_view part) {
   return text.find(part) != std::string_view::npos;
 }
 
-Outcome run_pled_vins(const std::vector<std::string>& arguments) {
-  const fs::path folder = run_folder().next();
-  std::string command = quoted(PLED_VINS_EXE);
-  for (const std::string& argument : arguments) command += " " + quoted(argument);
-  command += " >" + quoted((folder / "out").string()) + " 2>" + quoted((folder / "err").string());
-  const int status = std::system(command.c_str());
-  Outcome outcome;
-  if (WIFEXITED(status)) outcome.code = WEXITSTATUS(status);
-  outcome.out = bytes_of(folder / "out");
-  outcome.err = bytes_of(folder / "err");
-  fs::remove_all(folder);
-  return outcome;
+Outcome run_pled_vins(const std::vector<std::string>& arguments) { return run_in("", arguments); }
+
+Outcome run_on_broken_disk(const std::vector<std::string>& arguments, const fs::path& file,
+                           std::uintmax_t from) {
+  // The address sanitizer wants to come first, and needs not.
+  return run_in("PLED_BROKEN_FILE=" + quoted(fs::canonical(file).string()) + " PLED_BROKEN_FROM=" +
+                    std::to_string(from) + " LD_PRELOAD=" + quoted(PLED_FAILING_READ) +
+                    " ASAN_OPTIONS=\"$ASAN_OPTIONS:verify_asan_link_order=0\"",
+                arguments);
 }
 
 RecordingCopy::RecordingCopy(Scene scene) {

@@ -18,6 +18,9 @@ struct Outcome {
 
 /// Runs the real pled-vins and waits for it.
 [[nodiscard]] Outcome run_pled_vins(const std::vector<std::string>& arguments);
+/// The same on a disk that breaks: reading `file` fails from byte `from` on.
+[[nodiscard]] Outcome run_on_broken_disk(const std::vector<std::string>& arguments,
+                                         const std::filesystem::path& file, std::uintmax_t from);
 
 [[nodiscard]] bool contains(std::string_view text, std::string_view part);
 [[nodiscard]] std::vector<std::string> lines_of(const std::filesystem::path& file);

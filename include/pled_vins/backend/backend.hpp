@@ -6,9 +6,10 @@
 
 #include "pled_vins/backend/bootstrap.hpp"
 #include "pled_vins/backend/config.hpp"
+#include "pled_vins/backend/feature_noise.hpp"
 #include "pled_vins/backend/landmark_book.hpp"
+#include "pled_vins/backend/line_book.hpp"
 #include "pled_vins/backend/marginalisation.hpp"
-#include "pled_vins/backend/point_noise.hpp"
 #include "pled_vins/backend/start.hpp"
 #include "pled_vins/backend/still_detector.hpp"
 #include "pled_vins/backend/window_solver.hpp"
@@ -24,11 +25,13 @@ struct BackendOutput {
   PoseEstimate pose;
   /// One per point of the measurement, in its order, whatever became of it.
   FixedVector<FeatureWeight, limits::kMaxPoints> weights;
+  FixedVector<FeatureWeight, limits::kMaxLines> line_weights;  ///< the same of lines
   StartRefusal refusal = StartRefusal::kNone;  ///< while !has_pose: why not
   double refusal_detail = 0.0;
   bool keyframe = false;
   int iterations = 0;
   std::uint16_t points_in_solver = 0;
+  std::uint16_t lines_in_solver = 0;
   double mean_reprojection_px = 0.0;
 };
 
@@ -98,16 +101,19 @@ class Backend {
   void write_pose(const NavState& x, const FrameMeasurement& frame, EstimatorStatus status,
                   BackendOutput& out) const noexcept;
   void offer(const FrameMeasurement& frame) noexcept;
+  void begin_weights(const FrameMeasurement& frame, BackendOutput& out) const noexcept;
   void write_weights(BackendOutput& out) noexcept;
+  void end_weights(BackendOutput& out) const noexcept;
 
   BackendConfig config_;
-  BackendConfig start_config_;  ///< with the point noise assumed until the start
+  BackendConfig start_config_;  ///< with the noise assumed until the start
   RigCalibration rig_;
   ImuNoise noise_;
   FactorSettings settings_;
-  PointNoise point_noise_;
+  FeatureNoise feature_noise_;
   WindowSolver& solver_;
   LandmarkBook book_;
+  LineBook line_book_;
   Bootstrap bootstrap_;
   StillDetector still_;
   Marginaliser marginaliser_;

@@ -1,5 +1,7 @@
 #pragma once
 
+#include "pled_vins/backend/fusion_config.hpp"
+#include "pled_vins/backend/robust_weight.hpp"
 #include "pled_vins/core/config_issue.hpp"
 
 namespace pled {
@@ -9,6 +11,7 @@ struct BackendConfig {
   double point_sigma_px = 0.15;  ///< least noise of a tracked point, one axis; more is measured
                                  ///< while tracking, 0.05 ... 10
   double event_point_sigma_px = 0.4;  ///< the same of an event point, 0.05 ... 10
+  double line_sigma_px = 0.5;  ///< the same of a line's end, across the line, 0.05 ... 10
   double start_sigma_px = 0.7;        ///< the same until the estimator has started, 0.05 ... 10
   double robust_scale = 2.0;          ///< Cauchy scale in sigmas of a point, 0.5 ... 100
   int max_iterations = 8;             ///< solver steps a frame, 1 ... 50
@@ -16,6 +19,7 @@ struct BackendConfig {
   double keyframe_parallax_px =
       8.0;  ///< rotation-free parallax that makes a keyframe, at f = 200 px, 1 ... 100
   int min_observations = 3;             ///< of a point before it takes part, 2 ... 11
+  int min_line_observations = 4;        ///< of a line before it takes part, 2 ... 11
   double imu_noise_scale = 1.0;         ///< multiplies the calibrated densities, 0.1 ... 1000
   bool estimate_time_shift = false;     ///< refine the camera-IMU time offset online
   bool find_time_shift = true;          ///< find a gross offset when no start succeeds
@@ -29,7 +33,9 @@ struct BackendConfig {
   double init_min_span_s = 0.4;         ///< shortest motion to start from, 0.2 ... 5
   double init_max_span_s = 2.4;         ///< longest motion to look back at, 0.3 ... 5
   double init_max_scale_sigma =
-      0.1;  ///< largest accepted relative uncertainty of scale, 0.005 ... 1
+      0.1;                    ///< largest accepted relative uncertainty of scale, 0.005 ... 1
+  RobustWeightConfig robust;  ///< the weight of a feature by its errors
+  FusionConfig fusion;        ///< and how what time tells goes into it
 };
 
 [[nodiscard]] constexpr ConfigIssue check(const BackendConfig& c) noexcept {
@@ -37,6 +43,8 @@ struct BackendConfig {
     return {"backend.point_sigma_px", "must be in [0.05, 10]"};
   if (!(c.event_point_sigma_px >= 0.05 && c.event_point_sigma_px <= 10))
     return {"backend.event_point_sigma_px", "must be in [0.05, 10]"};
+  if (!(c.line_sigma_px >= 0.05 && c.line_sigma_px <= 10))
+    return {"backend.line_sigma_px", "must be in [0.05, 10]"};
   if (!(c.start_sigma_px >= 0.05 && c.start_sigma_px <= 10))
     return {"backend.start_sigma_px", "must be in [0.05, 10]"};
   if (!(c.robust_scale >= 0.5 && c.robust_scale <= 100))
@@ -49,6 +57,8 @@ struct BackendConfig {
     return {"backend.keyframe_parallax_px", "must be in [1, 100]"};
   if (!(c.min_observations >= 2 && c.min_observations <= 11))
     return {"backend.min_observations", "must be in [2, 11]"};
+  if (!(c.min_line_observations >= 2 && c.min_line_observations <= 11))
+    return {"backend.min_line_observations", "must be in [2, 11]"};
   if (!(c.imu_noise_scale >= 0.1 && c.imu_noise_scale <= 1000))
     return {"backend.imu_noise_scale", "must be in [0.1, 1000]"};
   if (!(c.time_shift_sigma_s >= 1e-5 && c.time_shift_sigma_s <= 0.1))
@@ -70,7 +80,8 @@ struct BackendConfig {
     return {"backend.init_max_span_s", "must be in [0.3, 5] and at least init_min_span_s"};
   if (!(c.init_max_scale_sigma >= 0.005 && c.init_max_scale_sigma <= 1))
     return {"backend.init_max_scale_sigma", "must be in [0.005, 1]"};
-  return {};
+  if (const ConfigIssue issue = check(c.robust); issue.key != nullptr) return issue;
+  return check(c.fusion);
 }
 static_assert(check(BackendConfig{}).key == nullptr, "defaults must be valid");
 

@@ -12,10 +12,12 @@ namespace pled {
 
 /// How residuals are weighted: settings turned into the figures that factors use.
 struct FactorSettings {
-  /// f / sigma_px of each kind of point in each camera
-  std::array<std::array<double, limits::kMaxCameras>, kPointKinds> sigmas_per_unit{};
-  double robust_scale = 2.0;    ///< c of the Cauchy loss, sigmas
-  double point_gain = 1.0;      ///< multiplies the point cost, see robust_gain()
+  /// f / sigma_px of each kind of feature in each camera
+  std::array<std::array<double, limits::kMaxCameras>, kFeatureKinds> sigmas_per_unit{};
+  double robust_scale = 2.0;  ///< c of the Cauchy loss, sigmas
+  double sight_gain = 1.0;    ///< multiplies the cost of points and lines, see robust_gain()
+  RobustWeightConfig robust;
+  FusionConfig fusion;
   double depth_sigma_pm = 0.5;  ///< belief about the depth of a point without parallax
   // A rig that moves off is noticed when it has gone a few millimetres, at some 2 cm/s: until then
   // every state claims to stand (see WindowState::still_share).
@@ -34,12 +36,13 @@ struct FactorSettings {
   }
 };
 
-/// Noise of each kind of point, one axis, pixels.
-using PointSigmas = std::array<double, kPointKinds>;
+/// Noise of each kind of feature, one axis, pixels: of a point, of a line's end across the line.
+using FeatureSigmas = std::array<double, kFeatureKinds>;
 
-/// Weighs the points of every camera of the rig as having this noise.
-void set_point_noise(FactorSettings& settings, const RigCalibration& rig,
-                     const PointSigmas& sigmas_px) noexcept;
+/// Weighs the features of every camera of the rig as having this noise; the paper's modes have one
+/// noise of their own for all (kPaperSigmasPerUnit).
+void set_feature_noise(FactorSettings& settings, const RigCalibration& rig,
+                     const FeatureSigmas& sigmas_px) noexcept;
 
 [[nodiscard]] FactorSettings make_factor_settings(const BackendConfig& config,
                                                   const RigCalibration& rig) noexcept;
@@ -68,6 +71,12 @@ bool evaluate_point(const SlidingWindow& window, const RigCalibration& rig,
                     const FactorSettings& settings, const Landmark& landmark,
                     const Observation& seen, Eigen::Vector2d& residual,
                     PointJacobians* jacobians) noexcept;
+
+/// The same of one of a line's sightings. False when it has no picture there.
+bool evaluate_line(const SlidingWindow& window, const RigCalibration& rig,
+                   const FactorSettings& settings, const LineLandmark& line,
+                   const LineObservation& seen, Eigen::Vector2d& residual,
+                   LineJacobians* jacobians) noexcept;
 
 /// Whitened inertial residual (15) between states; Jacobians at their linearisations.
 void evaluate_imu(const Preintegration& preintegration, const NavState& i, const NavState& j,

@@ -6,7 +6,7 @@
 
 namespace pled {
 
-/// What becomes of a point that is anchored in the oldest state and still seen.
+/// What becomes of a point or line that was first seen from the oldest state and still is.
 enum class LivePointRule : std::uint8_t {
   kSplit,      ///< the older half of its sightings goes into the prior, the rest goes on
   kDrop,       ///< the anchor's sighting is forgotten
@@ -21,8 +21,8 @@ class Marginaliser {
 
   void set_rule(LivePointRule rule) noexcept { rule_ = rule; }
 
-  /// Takes state `k` out with its inertial, standstill and prior factors. Points seen from
-  /// the oldest state (k = 0) go by the rule; other states' sightings are dropped.
+  /// Takes state `k` out with its inertial, standstill and prior factors. Points and lines seen
+  /// from the oldest state (k = 0) go by the rule; other states' sightings are dropped.
   /// False when the result was not finite: the window then goes on without a prior.
   bool marginalise(SlidingWindow& window, const RigCalibration& rig, const FactorSettings& settings,
                    std::size_t k) noexcept;
@@ -30,6 +30,8 @@ class Marginaliser {
  private:
   void add_points(SlidingWindow& window, const RigCalibration& rig,
                   const FactorSettings& settings) noexcept;
+  void add_lines(SlidingWindow& window, const RigCalibration& rig,
+                 const FactorSettings& settings) noexcept;
   bool eliminate(SlidingWindow& window, std::size_t k) noexcept;
   void schur(std::size_t k) noexcept;
   bool factorise(SlidingWindow& window) noexcept;

@@ -8,6 +8,7 @@
 
 #include <Eigen/Core>
 
+#include "pled_vins/backend/line_residual.hpp"
 #include "pled_vins/core/fixed_vector.hpp"
 #include "pled_vins/core/limits.hpp"
 #include "pled_vins/core/messages.hpp"
@@ -25,6 +26,8 @@ inline constexpr int kMaxWindowDim =
 
 /// Points known to the window; at most limits::kMaxPoints of them are solved.
 inline constexpr std::size_t kMaxLandmarks = 480;
+/// Lines known to the window; at most limits::kMaxLines of them are solved.
+inline constexpr std::size_t kMaxLineLandmarks = 192;
 
 using PriorMatrix =
     Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMaxWindowDim, kMaxWindowDim>;
@@ -39,6 +42,17 @@ struct Observation {
   FeatureKind kind = FeatureKind::kImagePoint;
 };
 
+/// How far a point or line is believed.
+struct Reliability {
+  double w = 1.0;         ///< multiplies its residuals; constant while marginalising
+  double previous = 1.0;  ///< w~ of the loss: w after the last frame
+  double w_geometric = kNoEvidence;  ///< what geometry alone would make of w
+  double temporal = kNoEvidence;     ///< what time tells, of the newest sighting
+  double alpha_line = kNoEvidence;   ///< of the paper's fusion, lines only
+  std::uint32_t rounds = 0;          ///< frames in which it was weighed
+  std::uint32_t at_rest = 0;         ///< frames on end in which time told that it rests
+};
+
 /// A point in inverse depth, in the camera of its first observation (the anchor): the bearing on
 /// the plane z = 1 and the inverse depth along it. The bearing is estimated too, since the anchor's
 /// sighting is as noisy as any other.
@@ -51,12 +65,40 @@ struct Landmark {
   bool has_depth = false;
   bool rejected = false;  ///< found to move or to be wrong; ignored until it ends
   bool in_solver = false;
-  double weight = kNoEvidence;  ///< mean robust weight over its observations
+  double weight = kNoEvidence;  ///< mean Cauchy weight over its observations
   std::uint16_t age = 0;        ///< frames since its first
+  Reliability reliability;
 
   [[nodiscard]] double inverse_depth_pm() const noexcept { return bearing_depth[2]; }
   [[nodiscard]] Eigen::Vector3d ray() const noexcept {
     return {bearing_depth[0], bearing_depth[1], 1.0};
+  }
+};
+
+/// A line in the axes of the world, about an origin of its own: the camera that saw it first.
+/// Unlike a point it hangs on no state.
+struct LineLandmark {
+  FeatureId id = 0;
+  FixedVector<LineObservation, limits::kWindowStates> observations;  ///< by state, ascending
+  std::array<double, 4> U_xyzw{0, 0, 0, 1};                          ///< see OrthonormalLine
+  double phi_rad = 0.0;
+  std::array<double, 3> origin_world_m{};
+  bool has_line = false;  ///< triangulated
+  bool rejected = false;
+  bool in_solver = false;
+  double weight = kNoEvidence;  ///< mean Cauchy weight over its observations
+  std::uint16_t age = 0;        ///< frames since its first
+  Reliability reliability;
+
+  [[nodiscard]] OrthonormalLine line() const noexcept {
+    return {Eigen::Quaterniond(U_xyzw[3], U_xyzw[0], U_xyzw[1], U_xyzw[2]), phi_rad};
+  }
+  void set_line(const OrthonormalLine& to) noexcept {
+    U_xyzw = {to.U.x(), to.U.y(), to.U.z(), to.U.w()};
+    phi_rad = to.phi_rad;
+  }
+  [[nodiscard]] Eigen::Vector3d origin_world() const noexcept {
+    return {origin_world_m[0], origin_world_m[1], origin_world_m[2]};
   }
 };
 
@@ -115,8 +157,8 @@ struct RigState {
   double first_time_shift_s = 0.0;
 };
 
-/// The sliding window: up to ten keyframes and the newest state, the points seen from
-/// them, and the prior. Plain data in fixed memory.
+/// The sliding window: up to ten keyframes and the newest state, the points and lines seen
+/// from them, and the prior. Plain data in fixed memory.
 class SlidingWindow {
  public:
   SlidingWindow() noexcept { clear(); }
@@ -141,15 +183,15 @@ class SlidingWindow {
   /// Forgets points for which `gone` is true.
   template <typename Predicate>
   void erase_landmarks(const Predicate& gone) noexcept {
-    std::size_t kept = 0;
-    for (std::size_t i = 0; i < landmarks.size(); ++i) {
-      if (gone(landmarks[i])) continue;
-      if (kept != i) landmarks[kept] = landmarks[i];
-      ++kept;
-    }
-    while (landmarks.size() > kept) landmarks.pop_back();
+    erase_where(landmarks, gone);
+  }
+  /// Forgets lines for which `gone` is true.
+  template <typename Predicate>
+  void erase_lines(const Predicate& gone) noexcept {
+    erase_where(lines, gone);
   }
   [[nodiscard]] Landmark* find(FeatureId id) noexcept;
+  [[nodiscard]] LineLandmark* find_line(FeatureId id) noexcept;
 
   /// Pose of a camera on the body as now estimated.
   [[nodiscard]] Pose T_body_cam(std::uint8_t camera, const RigCalibration& rig) const noexcept {
@@ -157,10 +199,22 @@ class SlidingWindow {
   }
 
   FixedVector<Landmark, kMaxLandmarks> landmarks;
+  FixedVector<LineLandmark, kMaxLineLandmarks> lines;
   MarginalPrior prior;
   RigState rig_state;
 
  private:
+  template <typename Items, typename Predicate>
+  static void erase_where(Items& items, const Predicate& gone) noexcept {
+    std::size_t kept = 0;
+    for (std::size_t i = 0; i < items.size(); ++i) {
+      if (gone(items[i])) continue;
+      if (kept != i) items[kept] = items[i];
+      ++kept;
+    }
+    while (items.size() > kept) items.pop_back();
+  }
+
   std::array<WindowState, limits::kWindowStates> slots_{};
   FixedVector<std::uint8_t, limits::kWindowStates> order_;
 };

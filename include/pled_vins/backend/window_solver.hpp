@@ -5,8 +5,9 @@
 
 namespace pled {
 
-/// What is to be minimised: every factor of the window, over its states, the inverse depths of
-/// points that are `in_solver` (at least two sightings each), and the calibration that is refined.
+/// What is to be minimised: every factor of the window, over its states, the points and lines that
+/// are `in_solver` (at least two sightings each) with their weights, and the calibration that is
+/// refined.
 struct WindowProblem {
   SlidingWindow& window;
   const RigCalibration& rig;
@@ -14,7 +15,8 @@ struct WindowProblem {
 };
 
 struct SolveOptions {
-  int max_iterations = 8;  ///< the only bound: never wall-clock time
+  int max_iterations = 8;     ///< the only bound: never wall-clock time
+  bool hold_weights = false;  ///< of points and lines, as they are
 };
 
 struct SolveSummary {

@@ -9,6 +9,7 @@
 #include "pled_vins/config/config_error.hpp"
 #include "pled_vins/events/config.hpp"
 #include "pled_vins/frontend/config.hpp"
+#include "pled_vins/pipeline/line_config.hpp"
 #include "pled_vins/reliability/config.hpp"
 #include "pled_vins/reliability/motion_config.hpp"
 
@@ -31,6 +32,7 @@ struct CalibrationPaths {
 struct AppConfig {
   FrontendConfig frontend;
   EventConfig events;
+  LineStageConfig lines;
   ReliabilityConfig reliability;
   MotionCueConfig motion_cue;
   BackendConfig backend;

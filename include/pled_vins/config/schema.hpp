@@ -12,7 +12,8 @@
 namespace pled {
 
 /// Where one setting lives; the alternative is its type.
-using ConfigField = std::variant<double*, int*, bool*, std::string*, TemporalScore*, EventPicture*>;
+using ConfigField = std::variant<double*, int*, bool*, std::string*, TemporalScore*, EventPicture*,
+                                 LineSource*, RobustMode*, FusionMode*>;
 
 /// How a settings file and the command line call them.
 inline constexpr std::array kTemporalScoreNames{
@@ -26,12 +27,41 @@ inline constexpr std::array kEventPictureNames{
     std::pair{EventPicture::kTimeSurface, std::string_view("time_surface")},
 };
 
+inline constexpr std::array kLineSourceNames{
+    std::pair{LineSource::kNone, std::string_view("none")},
+    std::pair{LineSource::kEvents, std::string_view("events")},
+    std::pair{LineSource::kFrames, std::string_view("frames")},
+    std::pair{LineSource::kBoth, std::string_view("both")},
+};
+
+inline constexpr std::array kRobustModeNames{
+    std::pair{RobustMode::kNone, std::string_view("none")},
+    std::pair{RobustMode::kPerObservation, std::string_view("per_observation")},
+    std::pair{RobustMode::kPaper, std::string_view("paper")},
+    std::pair{RobustMode::kDynavins, std::string_view("dynavins")},
+};
+
+inline constexpr std::array kFusionModeNames{
+    std::pair{FusionMode::kNone, std::string_view("none")},
+    std::pair{FusionMode::kPaper, std::string_view("paper")},
+    std::pair{FusionMode::kPrior, std::string_view("prior")},
+};
+
 /// The names of an enumeration that a setting may have.
 [[nodiscard]] constexpr const auto& names_of(TemporalScore /*kind*/) noexcept {
   return kTemporalScoreNames;
 }
 [[nodiscard]] constexpr const auto& names_of(EventPicture /*kind*/) noexcept {
   return kEventPictureNames;
+}
+[[nodiscard]] constexpr const auto& names_of(LineSource /*kind*/) noexcept {
+  return kLineSourceNames;
+}
+[[nodiscard]] constexpr const auto& names_of(RobustMode /*kind*/) noexcept {
+  return kRobustModeNames;
+}
+[[nodiscard]] constexpr const auto& names_of(FusionMode /*kind*/) noexcept {
+  return kFusionModeNames;
 }
 
 template <typename Enum>

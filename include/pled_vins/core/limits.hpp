@@ -30,6 +30,11 @@ inline constexpr int kMaxPyramidLevels = 4;
 
 /// Points followed at once, frame and event corners together.
 inline constexpr std::size_t kMaxPoints = 150;
+/// Lines followed at once.
+inline constexpr std::size_t kMaxLines = 64;
+/// Pieces of straight edges in one picture that are looked at, the longest ones: lines break into
+/// a few each, and of a time surface every edge has two sides.
+inline constexpr std::size_t kMaxSegments = 256;
 
 /// B, the time bins of the entropy-recency map. Paper: 8.
 inline constexpr std::size_t kTimeBins = 8;

@@ -44,8 +44,7 @@ struct FrameView {
 using FeatureId = std::uint32_t;
 
 enum class FeatureKind : std::uint8_t { kImagePoint, kEventPoint, kLine };
-/// Kinds that are points: those before kLine.
-inline constexpr std::size_t kPointKinds = 2;
+inline constexpr std::size_t kFeatureKinds = 3;
 
 /// One point in one frame.
 struct PointMeasurement {
@@ -58,6 +57,31 @@ struct PointMeasurement {
   std::array<double, 2> raw_px{};      ///< distorted pixel, as the sensor gave it
   std::array<double, 2> bearing_xy{};  ///< undistorted, z = 1, camera frame
   std::array<double, 2> bearing_rate_xyps{};  ///< its rate over the last frame interval, 1/s
+  /// What time tells of it before the bundle adjustment: 1 at rest, 0 moving; NaN: nothing.
+  double w_temporal = std::numeric_limits<double>::quiet_NaN();
+};
+
+/// Ids of lines begin here: of those seen in frames, and of those seen in events. Image points lie
+/// below the first, event points between the two.
+inline constexpr FeatureId kFirstImageLineId = 0x4000'0001U;
+inline constexpr FeatureId kFirstEventLineId = 0xC000'0001U;
+
+/// One line in one picture. Its ends are where it was seen to end: they slide along it from picture
+/// to picture and are no points. Going from the first to the second the bright side is on the left
+/// of a screen (y down), so the two do not swap.
+struct LineMeasurement {
+  FeatureId id = 0;
+  std::uint8_t camera = 0;         ///< index into the rig's cameras
+  bool inlier = true;              ///< goes on as it has moved so far (LineTracker)
+  std::uint32_t track_length = 1;  ///< pictures in which it has been seen, this one included
+  double length_px = 0.0;          ///< in pixels without lens distortion
+  std::array<std::array<double, 2>, 2> raw_px{};      ///< ends as the sensor gave them
+  std::array<std::array<double, 2>, 2> bearing_xy{};  ///< ends undistorted, z = 1, camera frame
+  /// Rate of each end across the line over the last interval, 1/s; along it nothing is known.
+  std::array<std::array<double, 2>, 2> bearing_rate_xyps{};
+  double w_temporal = std::numeric_limits<double>::quiet_NaN();  ///< as of a point
+  /// Share of w_temporal in the fused weight by the paper, eq. (15); NaN: unknown.
+  double alpha_line = std::numeric_limits<double>::quiet_NaN();
 };
 
 /// What the front end saw in one frame.
@@ -65,6 +89,7 @@ struct FrameMeasurement {
   Timestamp t;                ///< mid-exposure on the estimator (IMU) clock: stamp + time shift
   std::int64_t stamp_ns = 0;  ///< as in FrameView
   FixedVector<PointMeasurement, limits::kMaxPoints> points;
+  FixedVector<LineMeasurement, limits::kMaxLines> lines;
   double median_flow_px = 0.0;      ///< median image motion since the last frame
   double median_parallax_px = 0.0;  ///< the same after removing the gyro's rotation
   std::uint32_t lost = 0;           ///< tracks that ended in this frame

@@ -24,8 +24,16 @@ struct WeightQuality {
   /// Mean weight of those at rest over that of the moving ones, pooled over all rows. Absent when
   /// the latter is 0.
   std::optional<double> w_ratio;
+  std::optional<double> mean_static;  ///< weight of those at rest
   std::size_t n_static = 0;
   std::size_t n_dynamic = 0;
+
+  /// The MAE of a weight of 1 on the same rows: the share of the moving ones. Balanced it is 0.5.
+  [[nodiscard]] std::optional<double> mae_of_one() const noexcept {
+    const std::size_t n = n_static + n_dynamic;
+    if (n == 0) return std::nullopt;
+    return static_cast<double>(n_dynamic) / static_cast<double>(n);
+  }
 };
 
 /// Rows whose weight is NaN (no evidence) are left out. Cost: n log n, allocates.

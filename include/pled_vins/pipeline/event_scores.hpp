@@ -14,6 +14,7 @@
 #include "pled_vins/reliability/anchored_map.hpp"
 #include "pled_vins/reliability/bin_clock.hpp"
 #include "pled_vins/reliability/config.hpp"
+#include "pled_vins/reliability/line_band.hpp"
 
 namespace pled {
 
@@ -38,10 +39,23 @@ class EventScores {
                                                const TurnHistory& turn, ScorePooling pooling,
                                                ScoreForm form) const noexcept;
 
+  /// The pixel of the map's grid, as seen from its anchor, where a bearing of the event camera
+  /// falls at the time of the last observation; nullopt when it is not known how the camera turned,
+  /// or the anchor's camera had it behind.
+  [[nodiscard]] std::optional<Eigen::Vector2d> place(const Eigen::Vector3d& ray_cam,
+                                                     const TurnHistory& turn) const noexcept;
+  /// What the map says along a line between two such pixels.
+  [[nodiscard]] std::optional<LineBand> read_band(const Eigen::Vector2d& start_px,
+                                                  const Eigen::Vector2d& end_px,
+                                                  ScoreForm form) const noexcept {
+    return read_line_band(map_, last_bin_, start_px, end_px, form);
+  }
+
   void reset() noexcept;
   /// Events that were not counted because nobody knew how the camera had turned.
   [[nodiscard]] std::uint64_t without_turn() const noexcept { return without_turn_; }
-  [[nodiscard]] BinCounterLosses losses() const noexcept { return map_.losses(); }
+  /// Events that the map lost, since the start.
+  [[nodiscard]] BinCounterLosses losses() const noexcept;
 
  private:
   static constexpr std::size_t kRun = 512;
@@ -60,6 +74,7 @@ class EventScores {
   Timestamp observed_;
   BinNumber last_bin_ = 0;
   std::uint64_t without_turn_ = 0;
+  BinCounterLosses lost_before_;  ///< the last reset
 };
 
 }  // namespace pled

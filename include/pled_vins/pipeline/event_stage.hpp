@@ -14,6 +14,7 @@
 #include "pled_vins/geometry/camera.hpp"
 #include "pled_vins/geometry/undistortion_table.hpp"
 #include "pled_vins/imu/imu_history.hpp"
+#include "pled_vins/pipeline/event_pictures.hpp"
 #include "pled_vins/pipeline/event_points.hpp"
 #include "pled_vins/pipeline/event_scores.hpp"
 #include "pled_vins/pipeline/rate_limit.hpp"
@@ -23,7 +24,8 @@ namespace pled {
 /// The memory of an EventStage, whatever the sensor's size.
 struct EventStageBuffers {
   std::span<float> bearings;  ///< UndistortionTable::floats_needed
-  EventPointBuffers points;
+  EventPictureBuffers pictures;
+  FrameTrackerBuffers tracker;  ///< without those for finding corners
   AnchoredMapBuffers map;
 };
 
@@ -35,11 +37,11 @@ struct EventStageStorage {
 
   std::array<float, 2 * kPixels> bearings;
   std::array<SurfacePixel, kPixels> pixels;
-  union {  ///< of two kinds of picture one is drawn
-    std::array<BrightnessPixel, kPixels> brightness;
-    std::array<float, TimeSurface::floats_needed(MaxWidth, MaxHeight)> drawing;
-  };
-  std::array<std::uint8_t, kPixels> picture;
+  // Points and lines may be looked for in pictures of two kinds.
+  std::array<BrightnessPixel, kPixels> brightness;
+  std::array<float, TimeSurface::floats_needed(MaxWidth, MaxHeight)> drawing;
+  std::array<std::uint8_t, kPixels> brightness_picture;
+  std::array<std::uint8_t, kPixels> surface_picture;
   std::array<std::array<std::int16_t, pyramid_values(MaxWidth, MaxHeight)>, 2> pyramids;
   std::array<std::uint16_t, static_cast<std::size_t>(padded_stride(MaxWidth))> row;
   std::array<std::int16_t, ReferencePatches::kValues> reference_patches;
@@ -52,7 +54,10 @@ struct EventStageStorage {
     tracker.pyramids = {pyramids[0], pyramids[1]};
     tracker.row = row;
     tracker.reference_patches = reference_patches;
-    return {bearings, {pixels, brightness, drawing, picture, tracker}, map.view()};
+    return {bearings,
+            {pixels, brightness, drawing, brightness_picture, surface_picture},
+            tracker,
+            map.view()};
   }
 };
 
@@ -62,6 +67,8 @@ struct EventStageConfig {
   FrontendConfig tracking;
   ReliabilityConfig reliability;
   bool keep_map = false;  ///< feed the entropy-recency map: somebody reads it
+  /// What lines are looked for in; nullopt: not in events.
+  std::optional<EventPicture> line_picture;
 };
 
 /// What became of the events, since the start.
@@ -70,6 +77,8 @@ struct EventStageCounts {
   std::uint64_t shed = 0;            ///< beyond the rate limit
   std::uint64_t without_turn = 0;    ///< not in the map: nobody knew how the camera turned
   std::uint64_t still_pictures = 0;  ///< observations drawn without compensation, for the same
+  BinCounterLosses map;              ///< lost in the map
+  TurnFaults turn;                   ///< what was wrong with the gyro's samples
 };
 
 /// Everything that is done with events: compensation for the camera's turning, points, and the
@@ -99,6 +108,14 @@ class EventStage {
                                                 ScorePooling pooling,
                                                 ScoreForm form) const noexcept;
 
+  /// The pixel of the map where a ray of the event camera falls at the last observation, and what
+  /// the map says along a line between two such. nullopt: as of EventScores, or no map is kept.
+  [[nodiscard]] std::optional<Eigen::Vector2d> map_place(
+      const Eigen::Vector3d& ray_cam) const noexcept;
+  [[nodiscard]] std::optional<LineBand> line_band(const Eigen::Vector2d& start_px,
+                                                  const Eigen::Vector2d& end_px,
+                                                  ScoreForm form) const noexcept;
+
   /// Says that the times of observations given so far were early by `shift`.
   void shift_clock(Duration shift) noexcept { points_.shift_clock(shift); }
   /// Says that event stamps are early by so much more than time_shift() tells, which it tells from
@@ -109,7 +126,13 @@ class EventStage {
 
   /// Event stamps plus this are on the estimator clock.
   [[nodiscard]] Duration time_shift() const noexcept { return shift_; }
-  [[nodiscard]] ImageView<const std::uint8_t> picture() const noexcept { return points_.picture(); }
+  /// The picture of the last observation that points are followed in.
+  [[nodiscard]] ImageView<const std::uint8_t> picture() const noexcept {
+    return pictures_.picture(points_.kind());
+  }
+  /// The one that lines are looked for in (config.line_picture); drawn now where it is another. To
+  /// be called after observe(), before more events. Empty without lines.
+  [[nodiscard]] ImageView<const std::uint8_t> line_picture() noexcept;
   [[nodiscard]] EventStageCounts counts() const noexcept;
 
  private:
@@ -126,10 +149,12 @@ class EventStage {
   TurnHistory turn_;
   TurnSlices slices_;
   Timestamp turned_until_{INT64_MIN};
+  Timestamp observed_;  ///< last observation, event camera's clock
   RateLimit limit_;
+  EventPictures pictures_;
   EventPoints points_;
   EventScores scores_;
-  std::array<Event, EventPoints::kRun> for_map_{};
+  std::array<Event, EventPictures::kRun> for_map_{};
   std::uint64_t still_pictures_ = 0;
 };
 

@@ -19,6 +19,11 @@ enum class Fault : std::uint8_t {
   kEventHotPixel,       ///< from a pixel that fires faster than any scene makes it
   kEventShed,           ///< beyond the highest rate that is looked at
   kEventWithoutTurn,    ///< time surfaces drawn, or events left out of the map, without gyro
+  kEventMapFull,        ///< beyond the 255th of a pixel of the map in one time bin
+  kEventMapLate,        ///< older than the map's window
+  kEventMapOutside,     ///< carried out of the map by the camera's turning, lens or hole of it
+  kEventTurnGap,        ///< holes of the gyro, or its clock set back: the turn is not known across
+  kEventTurnDropped,    ///< gyro samples that the turn could not use
   kFrameWithoutEvents,  ///< played after the event stream had ended
   kImuGap,
   kImuDuplicate,
@@ -32,6 +37,7 @@ enum class Fault : std::uint8_t {
   kFrameStampWild,
   kFrameWrongSize,
   kFrameWithoutImu,
+  kLinePictureSkipped,  ///< no line was looked for: the picture had another size, or memory ran out
   kClockJump,
   kEstimatorReset,
   kTimeShiftCorrected,  ///< the clocks of camera and IMU were found to be apart
@@ -46,7 +52,16 @@ struct StreamCounts {
   std::uint64_t dropped = 0;
 };
 
-enum class Stage : std::uint8_t { kRead, kEvents, kFrontend, kScores, kBackend, kFrame, kCount };
+enum class Stage : std::uint8_t {
+  kRead,
+  kEvents,
+  kFrontend,
+  kLines,
+  kScores,
+  kBackend,
+  kFrame,
+  kCount
+};
 
 [[nodiscard]] std::string_view to_string(Stage stage) noexcept;
 

@@ -11,28 +11,13 @@
 #include "pled_vins/imu/imu_history.hpp"
 #include "pled_vins/imu/preintegration.hpp"
 #include "pled_vins/pipeline/event_stage.hpp"
-#include "pled_vins/reliability/config.hpp"
+#include "pled_vins/pipeline/line_cues.hpp"
+#include "pled_vins/pipeline/temporal_weights.hpp"
 #include "pled_vins/reliability/motion_cue.hpp"
 
 namespace pled {
 
-/// w_EV of one point by each score: 1 at rest, 0 moving; kNoEvidence where it cannot say.
-struct TemporalWeights {
-  double motion = kNoEvidence;
-  double paper = kNoEvidence;
-  double count = kNoEvidence;
-
-  [[nodiscard]] double of(TemporalScore score) const noexcept {
-    switch (score) {
-      case TemporalScore::kMotion: return motion;
-      case TemporalScore::kPaper: return paper;
-      case TemporalScore::kCount: return count;
-    }
-    return kNoEvidence;
-  }
-};
-
-/// Temporal reliability of the points of each frame.
+/// Temporal reliability of the points and lines of each frame.
 class TemporalCues {
  public:
   /// @param read_map  also paper and count, from the event stage's map
@@ -48,6 +33,11 @@ class TemporalCues {
                                                        const std::optional<NavState>& known,
                                                        const Eigen::Vector3d& gyro_bias_radps,
                                                        const EventStage* events) noexcept;
+  /// The same for its lines, after judge().
+  [[nodiscard]] std::span<const TemporalWeights> lines() const noexcept { return lines_.weights(); }
+  /// Gives each feature of the frame that judge() was last called for what the back end is to know:
+  /// its w_temporal by this score, and lines their alpha_line, kPaper: to the letter.
+  void write(TemporalScore score, FrameMeasurement& frame) const noexcept;
 
   void reset() noexcept;
 
@@ -64,6 +54,7 @@ class TemporalCues {
   RigCalibration rig_;
   bool read_map_;
   MotionCue motion_;
+  LineCues lines_;
   std::array<MotionCheck, limits::kMaxCameras> checks_;  ///< by camera
   std::array<BearingPair, limits::kMaxPoints> pairs_{};
   std::array<MotionVerdict, limits::kMaxPoints> verdicts_{};

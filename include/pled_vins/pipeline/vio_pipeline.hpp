@@ -12,6 +12,7 @@
 #include "pled_vins/pipeline/event_admission.hpp"
 #include "pled_vins/pipeline/event_stage.hpp"
 #include "pled_vins/pipeline/health.hpp"
+#include "pled_vins/pipeline/line_stage.hpp"
 #include "pled_vins/pipeline/still_gyro_bias.hpp"
 #include "pled_vins/pipeline/temporal_cues.hpp"
 #include "pled_vins/pipeline/time_shift_search.hpp"
@@ -27,6 +28,7 @@ struct FrameResult {
   PoseEstimate pose_at_stamp;
   /// One per point of the measurement, in its order.
   std::span<const TemporalWeights> temporal;
+  std::span<const TemporalWeights> temporal_lines;  ///< the same of lines
 };
 
 /// How a pipeline works.
@@ -46,9 +48,11 @@ class VioPipeline {
  public:
   /// Nothing is owned; all outlive the pipeline.
   /// @param events  null: events are counted and not looked at
+  /// @param lines  null: no lines are looked for. Lines of events need an event stage that draws
+  ///        them (EventStageConfig::line_picture)
   VioPipeline(const RigCalibration& rig, ImuHistory& imu, FrameTracker& tracker, Backend& backend,
-              Health& health, const PipelineOptions& options = {},
-              EventStage* events = nullptr) noexcept;
+              Health& health, const PipelineOptions& options = {}, EventStage* events = nullptr,
+              LineStage* lines = nullptr) noexcept;
 
   /// One inertial sample, as it arrived. Bad ones are dropped and counted.
   void on_imu(const ImuSample& sample) noexcept;
@@ -80,9 +84,12 @@ class VioPipeline {
  private:
   [[nodiscard]] bool covered_by_imu(Timestamp t) const noexcept;
   [[nodiscard]] Fault refusal(const FrameView& frame, Timestamp t) const noexcept;
-  void track(const FrameView& frame, Timestamp t) noexcept;
+  void track(const FrameView& frame, Timestamp t,
+             const std::optional<Eigen::Quaterniond>& R_prev_cur_body) noexcept;
   void add_event_points(Timestamp t,
                         const std::optional<Eigen::Quaterniond>& R_prev_cur_body) noexcept;
+  void find_lines(const FrameView& frame,
+                  const std::optional<Eigen::Quaterniond>& R_prev_cur_body) noexcept;
   void weigh(FrameResult& result) noexcept;
   void report_events() noexcept;
   [[nodiscard]] Eigen::Vector3d gyro_bias() const noexcept;
@@ -102,6 +109,7 @@ class VioPipeline {
   TimeShiftSearch time_shift_search_;
   PipelineOptions options_;
   EventStage* events_;
+  LineStage* lines_;
   EventAdmission admission_;
   TemporalCues cues_;
   bool find_time_shift_;  ///< until the first pose

@@ -108,6 +108,8 @@ class AnchoredMap {
   /// Anchors begun.
   [[nodiscard]] std::uint64_t anchors() const noexcept { return anchors_; }
   [[nodiscard]] const ScoreTables& tables() const noexcept { return tables_; }
+  [[nodiscard]] int width_px() const noexcept { return grids_[0].width_px(); }
+  [[nodiscard]] int height_px() const noexcept { return grids_[0].height_px(); }
 
  private:
   void begin_anchor(std::size_t slot, std::uint8_t grid, Timestamp t_reference) noexcept;

@@ -47,6 +47,10 @@ class ScoreTables {
   [[nodiscard]] PixelScore score(const BinCounts& counts,
                                  ScoreForm form = ScoreForm::kClean) const noexcept;
 
+  /// q of the score alone, eq. (3); of a pixel without events 0 in the clean form.
+  [[nodiscard]] double recency(const BinCounts& counts,
+                               ScoreForm form = ScoreForm::kClean) const noexcept;
+
   /// w_k of eq. (4).
   [[nodiscard]] double weight(std::size_t k) const noexcept { return weights_[k]; }
 

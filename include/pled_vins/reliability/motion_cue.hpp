@@ -30,6 +30,9 @@ struct MotionEvidence {
   double inverse_depth_sigma_pm = kNoEvidence;
   bool depth_known = false;  ///< in metres, and to a third
   std::uint8_t frames = 0;   ///< earlier frames behind it
+  /// Of the point alone, its residual and how near it stands: above 0 moves, in units of
+  /// log(residual / even_px); with residual_px.
+  double belief = kNoEvidence;
 };
 
 /// Tells points that move by themselves from those at rest, by their tracks of the last few tenths

@@ -1,17 +1,32 @@
-#include "pled_vins/backend/ceres_solver.hpp"
+#include "src/backend/solver/ceres_solver.hpp"
 
+#include <algorithm>
 #include <array>
 #include <memory>
 #include <vector>
 
 #include <ceres/ceres.h>
 
+#include "pled_vins/backend/feature_loss.hpp"
+#include "pled_vins/backend/sights.hpp"
 #include "src/backend/solver/cost_functions.hpp"
 
 namespace pled {
 namespace {
 
 namespace view = ceres_view;
+
+constexpr int kIterationsATurn = 4;  ///< of states, before weights have theirs
+
+void weigh_all(const WindowProblem& p) {
+  for (Landmark& landmark : p.window.landmarks)
+    if (landmark.in_solver)
+      weigh(p.settings, squared_sights(p.window, p.rig, p.settings, landmark).span(),
+            landmark.reliability);
+  for (LineLandmark& line : p.window.lines)
+    if (line.in_solver)
+      weigh(p.settings, squared_sights(p.window, p.rig, p.settings, line).span(), line.reliability);
+}
 
 class CeresSolver final : public WindowSolver {
  public:
@@ -24,6 +39,10 @@ class CeresSolver final : public WindowSolver {
   void add_states(const WindowProblem& p, ceres::Problem& out);
   void add_prior(const WindowProblem& p, ceres::Problem& out);
   void add_points(const WindowProblem& p, ceres::Problem& out);
+  void add_lines(const WindowProblem& p, ceres::Problem& out);
+  void order(const WindowProblem& p, const ceres::Problem& problem,
+             ceres::ParameterBlockOrdering& out);
+  [[nodiscard]] SolveSummary solve_once(const WindowProblem& p, int max_iterations);
 
   static constexpr std::size_t kStates = limits::kWindowStates;
   std::array<std::array<double, view::kPoseSize>, kStates> poses_{};
@@ -32,8 +51,11 @@ class CeresSolver final : public WindowSolver {
   std::array<double, view::kPoseSize> extrinsic_{};
   double time_shift_s_ = 0;
   std::size_t num_points_ = 0;
+  std::array<std::array<double, view::kLineSize>, limits::kMaxLines> lines_{};
+  std::size_t num_lines_ = 0;
 
   view::PoseManifold pose_manifold_;
+  view::LineManifold line_manifold_;
   std::array<view::ImuCost, kStates> imu_costs_;
   std::array<view::StatePriorCost, kStates> state_costs_;
   std::array<view::StillCost, kStates> still_costs_;
@@ -42,7 +64,10 @@ class CeresSolver final : public WindowSolver {
   std::array<view::AnchorCost, limits::kMaxPoints> anchor_costs_;
   std::vector<view::PointCost> point_costs_ =
       std::vector<view::PointCost>(limits::kMaxPoints * (kStates - 1));
-  std::unique_ptr<ceres::LossFunction> loss_;
+  std::array<view::SightLoss, limits::kMaxPoints> point_losses_;
+  std::vector<view::LineCost> line_costs_ =
+      std::vector<view::LineCost>(limits::kMaxLines * kStates);
+  std::array<view::SightLoss, limits::kMaxLines> line_losses_;
   view::MarginalCost marginal_cost_;
   view::ExtrinsicCost extrinsic_cost_;
   view::ScalarCost time_shift_cost_;
@@ -59,6 +84,10 @@ void CeresSolver::read_window(const SlidingWindow& window) {
   for (const Landmark& landmark : window.landmarks)
     if (landmark.in_solver && num_points_ < points_.size())
       points_[num_points_++] = landmark.bearing_depth;
+  num_lines_ = 0;
+  for (const LineLandmark& line : window.lines)
+    if (line.in_solver && num_lines_ < lines_.size())
+      view::write_line(line.line(), lines_[num_lines_++].data());
 }
 
 void CeresSolver::write_window(SlidingWindow& window, const FactorSettings& settings) const {
@@ -73,6 +102,9 @@ void CeresSolver::write_window(SlidingWindow& window, const FactorSettings& sett
   std::size_t k = 0;
   for (Landmark& landmark : window.landmarks)
     if (landmark.in_solver && k < num_points_) landmark.bearing_depth = points_[k++];
+  k = 0;
+  for (LineLandmark& line : window.lines)
+    if (line.in_solver && k < num_lines_) line.set_line(view::read_line(lines_[k++].data()));
 }
 
 void CeresSolver::add_parameters(const WindowProblem& p, ceres::Problem& out) {
@@ -139,9 +171,11 @@ void CeresSolver::add_points(const WindowProblem& p, ceres::Problem& out) {
     double* block = points_[point].data();
     view::AnchorCost& own = anchor_costs_[point];
     own.set(p, landmark.observations[0]);
+    view::SightLoss* loss = &point_losses_[point];
+    loss->set(p.settings, landmark.reliability.w);
     blocks = {block};
     if (p.settings.estimate_time_shift) blocks.push_back(&time_shift_s_);
-    out.AddResidualBlock(&own, loss_.get(), blocks);
+    out.AddResidualBlock(&own, loss, blocks);
     for (std::size_t k = 1; k < landmark.observations.size(); ++k) {
       const Observation& seen = landmark.observations[k];
       view::PointCost& f = point_costs_[cost++];
@@ -149,7 +183,7 @@ void CeresSolver::add_points(const WindowProblem& p, ceres::Problem& out) {
       blocks = {poses_[landmark.observations[0].state].data(), poses_[seen.state].data(), block};
       if (p.settings.estimate_extrinsic) blocks.push_back(extrinsic_.data());
       if (p.settings.estimate_time_shift) blocks.push_back(&time_shift_s_);
-      out.AddResidualBlock(&f, loss_.get(), blocks);
+      out.AddResidualBlock(&f, loss, blocks);
     }
     if (landmark.weak_depth) {
       depth_costs_[point].set(landmark.prior_inverse_depth_pm, p.settings.depth_sigma_pm);
@@ -159,12 +193,43 @@ void CeresSolver::add_points(const WindowProblem& p, ceres::Problem& out) {
   }
 }
 
-SolveSummary CeresSolver::solve(const WindowProblem& p, const SolveOptions& options) noexcept {
-  SolveSummary out;
-  if (p.window.size() == 0) return out;
+void CeresSolver::add_lines(const WindowProblem& p, ceres::Problem& out) {
+  std::size_t index = 0, cost = 0;
+  std::vector<double*> blocks;
+  for (const LineLandmark& line : p.window.lines) {
+    if (!line.in_solver || index == num_lines_) continue;
+    double* block = lines_[index].data();
+    view::SightLoss& loss = line_losses_[index++];
+    loss.set(p.settings, line.reliability.w);
+    out.AddParameterBlock(block, view::kLineSize, &line_manifold_);
+    for (const LineObservation& seen : line.observations) {
+      view::LineCost& f = line_costs_[cost++];
+      f.set(p, line, seen);
+      blocks = {poses_[seen.state].data(), block};
+      if (p.settings.estimate_extrinsic) blocks.push_back(extrinsic_.data());
+      if (p.settings.estimate_time_shift) blocks.push_back(&time_shift_s_);
+      out.AddResidualBlock(&f, &loss, blocks);
+    }
+  }
+}
+
+void CeresSolver::order(const WindowProblem& p, const ceres::Problem& problem,
+                        ceres::ParameterBlockOrdering& out) {
+  for (std::size_t k = 0; k < num_points_; ++k) out.AddElementToGroup(points_[k].data(), 0);
+  for (std::size_t k = 0; k < num_lines_; ++k) out.AddElementToGroup(lines_[k].data(), 0);
+  const auto later = [&](double* block) {
+    if (problem.HasParameterBlock(block)) out.AddElementToGroup(block, 1);
+  };
+  for (std::size_t i = 0; i < p.window.size(); ++i) {
+    later(poses_[i].data());
+    later(motions_[i].data());
+  }
+  later(extrinsic_.data());
+  later(&time_shift_s_);
+}
+
+SolveSummary CeresSolver::solve_once(const WindowProblem& p, int max_iterations) {
   read_window(p.window);
-  loss_ = std::make_unique<ceres::ScaledLoss>(new ceres::CauchyLoss(p.settings.robust_scale),
-                                              p.settings.point_gain, ceres::TAKE_OWNERSHIP);
   ceres::Problem::Options ownership;
   ownership.cost_function_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
   ownership.loss_function_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
@@ -175,12 +240,14 @@ SolveSummary CeresSolver::solve(const WindowProblem& p, const SolveOptions& opti
   add_states(p, problem);
   add_prior(p, problem);
   add_points(p, problem);
+  add_lines(p, problem);
 
   ceres::Solver::Options o;
-  o.linear_solver_type = num_points_ > 0 ? ceres::DENSE_SCHUR : ceres::DENSE_NORMAL_CHOLESKY;
+  o.linear_solver_type =
+      num_points_ + num_lines_ > 0 ? ceres::DENSE_SCHUR : ceres::DENSE_NORMAL_CHOLESKY;
   o.dense_linear_algebra_library_type = ceres::EIGEN;
   o.trust_region_strategy_type = ceres::LEVENBERG_MARQUARDT;
-  o.max_num_iterations = options.max_iterations;
+  o.max_num_iterations = max_iterations;
   o.max_solver_time_in_seconds = 1e9;  // iterations bound the work, never the clock
   // Scale lies in a long flat valley: little damping and a fine end, else it is left half way.
   o.initial_trust_region_radius = 1e6;
@@ -190,25 +257,36 @@ SolveSummary CeresSolver::solve(const WindowProblem& p, const SolveOptions& opti
   o.jacobi_scaling = true;
   o.logging_type = ceres::SILENT;
   auto ordering = std::make_shared<ceres::ParameterBlockOrdering>();
-  for (std::size_t k = 0; k < num_points_; ++k) ordering->AddElementToGroup(points_[k].data(), 0);
-  const auto later = [&](double* block) {
-    if (problem.HasParameterBlock(block)) ordering->AddElementToGroup(block, 1);
-  };
-  for (std::size_t i = 0; i < p.window.size(); ++i) {
-    later(poses_[i].data());
-    later(motions_[i].data());
-  }
-  later(extrinsic_.data());
-  later(&time_shift_s_);
+  order(p, problem, *ordering);
   o.linear_solver_ordering = ordering;
   ceres::Solver::Summary summary;
   ceres::Solve(o, &problem, &summary);
+  SolveSummary out;
   // The first entry is the start itself.
   out.iterations = static_cast<int>(summary.iterations.size()) - 1;
   out.initial_cost = summary.initial_cost;
   out.final_cost = summary.final_cost;
   out.ok = summary.IsSolutionUsable();
   if (out.ok) write_window(p.window, p.settings);
+  return out;
+}
+
+SolveSummary CeresSolver::solve(const WindowProblem& p, const SolveOptions& options) noexcept {
+  SolveSummary out;
+  if (p.window.size() == 0) return out;
+  if (options.hold_weights) return solve_once(p, options.max_iterations);
+  // Weights and states in turn, as DynaVINS has it.
+  for (int left = options.max_iterations; left > 0;) {
+    weigh_all(p);
+    const SolveSummary part = solve_once(p, std::min(left, kIterationsATurn));
+    if (!part.ok) return part;
+    if (out.iterations == 0) out.initial_cost = part.initial_cost;
+    out.final_cost = part.final_cost;
+    out.iterations += part.iterations;
+    out.ok = true;
+    if (part.iterations < kIterationsATurn) break;
+    left -= part.iterations;
+  }
   return out;
 }
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <ceres/loss_function.h>
 #include <ceres/manifold.h>
 #include <ceres/sized_cost_function.h>
 
@@ -14,6 +15,7 @@ namespace pled::ceres_view {
 
 inline constexpr int kPoseSize = 7;   ///< p, then q as x y z w
 inline constexpr int kPointSize = 3;  ///< bearing x, y; inverse depth
+inline constexpr int kLineSize = 5;   ///< U as x y z w, phi
 
 template <int kRows>
 using PoseJacobian = Eigen::Matrix<double, kRows, kPoseSize, Eigen::RowMajor>;
@@ -30,11 +32,38 @@ class PoseManifold final : public ceres::Manifold {
   bool MinusJacobian(const double* x, double* jacobian) const override;
 };
 
+/// As PoseManifold: its tangent's 4 columns, then 0.
+class LineManifold final : public ceres::Manifold {
+ public:
+  int AmbientSize() const override { return kLineSize; }
+  int TangentSize() const override { return 4; }
+  bool Plus(const double* x, const double* delta, double* x_plus_delta) const override;
+  bool PlusJacobian(const double* x, double* jacobian) const override;
+  bool Minus(const double* y, const double* x, double* y_minus_x) const override;
+  bool MinusJacobian(const double* x, double* jacobian) const override;
+};
+
+/// The loss of a sighting at a weight that is held.
+class SightLoss final : public ceres::LossFunction {
+ public:
+  void set(const FactorSettings& settings, double w) {
+    settings_ = &settings;
+    w_ = w;
+  }
+  void Evaluate(double squared, double out[3]) const override;
+
+ private:
+  const FactorSettings* settings_ = nullptr;
+  double w_ = 1.0;
+};
+
 /// Where a pose and a motion live in Ceres' arrays.
 void write_pose(const Pose& pose, double* out);
 [[nodiscard]] Pose read_pose(const double* in);
 void write_motion(const NavState& state, double* out);
 [[nodiscard]] NavState read_state(const double* pose, const double* motion);
+void write_line(const OrthonormalLine& line, double* out);
+[[nodiscard]] OrthonormalLine read_line(const double* in);
 
 /// Blocks: pose i, pose j, point[, extrinsic][, time shift].
 class PointCost final : public ceres::CostFunction {
@@ -59,6 +88,19 @@ class AnchorCost final : public ceres::CostFunction {
  private:
   const WindowProblem* problem_ = nullptr;
   const Observation* seen_ = nullptr;
+};
+
+/// Blocks: pose, line[, extrinsic][, time shift].
+class LineCost final : public ceres::CostFunction {
+ public:
+  void set(const WindowProblem& problem, const LineLandmark& line, const LineObservation& seen);
+  bool Evaluate(double const* const* parameters, double* residuals,
+                double** jacobians) const override;
+
+ private:
+  const WindowProblem* problem_ = nullptr;
+  const LineLandmark* line_ = nullptr;
+  const LineObservation* seen_ = nullptr;
 };
 
 /// Belief about an inverse depth. Two rows, the second 0: points keep blocks of two rows, which

@@ -34,7 +34,9 @@ function coloured(image, paint) {
 
 const featureOf = (row) => {
   const [kind, u0, v0, u1, v1, w, used, moving, wTemporal, wGeometric] = row;
-  return { kind: { i: 'image point', e: 'event point', l: 'line' }[kind], u0, v0, u1, v1, w, used, moving, wTemporal, wGeometric, u: u0, v: v0 };
+  const name = { i: 'image point', e: 'event point', l: 'line', L: 'line' }[kind];
+  const ofEvents = kind === 'e' || kind === 'L';
+  return { kind: name, ofEvents, u0, v0, u1, v1, w, used, moving, wTemporal, wGeometric, u: u0, v: v0, uEnd: u1, vEnd: v1 };
 };
 
 function sizeOf(run, moment) {
@@ -44,14 +46,15 @@ function sizeOf(run, moment) {
   return [Math.max(64, ...us) + 8, Math.max(48, ...vs) + 8];  // no recording: as large as what was seen
 }
 
-/** What belongs on the picture that is shown: event points of another camera only on that camera's own. */
+/** What belongs on the picture that is shown: what events of another camera show only on that camera's own. */
 function featuresOn(run, moment) {
   const features = moment.features.map(featureOf);
   if (!run.moments.width_px || run.moments.same_sensor) return features;
   const onEvents = layers.events && moment.events && !(layers.frame && moment.frame);
   const share = run.moments.width_px / run.moments.event_width_px;
-  return features.filter((f) => (f.kind === 'event point') === Boolean(onEvents))
-    .map((f) => (onEvents ? { ...f, u: (f.u0 + 0.5) * share - 0.5, v: (f.v0 + 0.5) * share - 0.5 } : f));
+  const placed = (px) => (isNumber(px) ? (px + 0.5) * share - 0.5 : px);
+  return features.filter((f) => f.ofEvents === Boolean(onEvents))
+    .map((f) => (onEvents ? { ...f, u: placed(f.u0), v: placed(f.v0), uEnd: placed(f.u1), vEnd: placed(f.v1) } : f));
 }
 
 function drawFeatures(c, features, scale, dot) {
@@ -62,14 +65,14 @@ function drawFeatures(c, features, scale, dot) {
     c.beginPath();
     if (isLine) {
       c.moveTo(x, y);
-      c.lineTo((f.u1 + 0.5) * scale, (f.v1 + 0.5) * scale);
+      c.lineTo((f.uEnd + 0.5) * scale, (f.vEnd + 0.5) * scale);
     } else if (f.kind === 'event point') {
       c.rect(x - dot, y - dot, 2 * dot, 2 * dot);
     } else {
       c.arc(x, y, dot, 0, 2 * Math.PI);
     }
-    // A dark rim, so that light colours stand out of a light picture; inside it a light one round event points.
-    for (const [rim, wide] of f.kind === 'event point' ? [['#000', 3.4], ['#fff', 2]] : [['rgba(0, 0, 0, .65)', 1.6]]) {
+    // A dark rim, so that light colours stand out of a light picture; inside it a light one round what events show.
+    for (const [rim, wide] of f.ofEvents ? [['#000', 3.4], ['#fff', 2]] : [['rgba(0, 0, 0, .65)', 1.6]]) {
       c.strokeStyle = rim;
       c.lineWidth = width + wide;
       c.stroke();
@@ -118,7 +121,7 @@ function describe(view, moment, foreign) {
   if (count((f) => f.moving)) parts.push(`${count((f) => f.moving)} on what moves`);
   parts.push(weighed.length ? `mean weight ${short(mean)} of the ${weighed.length} that have one` : 'no evidence yet: features have no weight');
   if (isNumber(moment.event_count)) parts.push(`${short(moment.event_count)} events in ${view.run.moments.event_window_ms} ms`);
-  if (foreign) parts.push('events and their points are of another camera: switch the frame off to see them');
+  if (foreign) parts.push('events, and what they show, are of another camera: switch the frame off to see them');
   if (isComparison) parts.unshift(runName(view.k));
   view.words.replaceChildren(...parts.map((part) => el('li', {}, part)));
 }
@@ -143,9 +146,9 @@ function momentTip(view, event) {
 
 function distanceTo(f, u, v) {
   if (!isNumber(f.u1)) return Math.hypot(f.u - u, f.v - v);
-  const [dx, dy] = [f.u1 - f.u0, f.v1 - f.v0];
-  const share = Math.min(Math.max(((u - f.u0) * dx + (v - f.v0) * dy) / (dx * dx + dy * dy || 1), 0), 1);
-  return Math.hypot(f.u0 + share * dx - u, f.v0 + share * dy - v);
+  const [dx, dy] = [f.uEnd - f.u, f.vEnd - f.v];
+  const share = Math.min(Math.max(((u - f.u) * dx + (v - f.v) * dy) / (dx * dx + dy * dy || 1), 0), 1);
+  return Math.hypot(f.u + share * dx - u, f.v + share * dy - v);
 }
 
 function momentControls(lead) {

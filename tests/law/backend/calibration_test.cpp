@@ -4,7 +4,7 @@
 #include <doctest/doctest.h>
 
 #include "pled_vins/backend/backend.hpp"
-#include "pled_vins/backend/ceres_solver.hpp"
+#include "pled_vins/backend/solvers.hpp"
 #include "pled_vins/geometry/so3.hpp"
 #include "pled_vins/sim/point_world.hpp"
 
@@ -46,7 +46,7 @@ Found fly(const Mistake& mistake) {
   config.time_shift_sigma_s = 0.01;
   config.extrinsic_sigma_m = 0.02;
   config.extrinsic_sigma_rad = 0.03;
-  const auto solver = make_ceres_solver();
+  const auto solver = make_solver(SolverKind::kFixed);
   const auto backend = std::make_unique<Backend>(config, rig, *solver);
   const auto imu = std::make_unique<ImuHistory>();
   const auto out = std::make_unique<BackendOutput>();

@@ -66,6 +66,7 @@ TEST_SUITE("evaluation.weights") {
       CHECK(*q.auc == doctest::Approx(0.5));
       CHECK(*q.mae_balanced == doctest::Approx(0.5));
       CHECK(*q.mae == doctest::Approx(0.9 * (1 - w) + 0.1 * w));
+      CHECK(*q.mae_of_one() == doctest::Approx(0.1));
       CHECK(q.w_ratio.has_value() == (w > 0.0));
     }
   }
@@ -76,6 +77,7 @@ TEST_SUITE("evaluation.weights") {
     CHECK(*q.mae == doctest::Approx((0.1 + 0.3 + 0.2 + 0.2) / 4));
     CHECK(*q.mae_balanced == doctest::Approx(0.5 * (0.2 + 0.2)));
     CHECK(*q.w_ratio == doctest::Approx(0.8 / 0.2));
+    CHECK(*q.mean_static == doctest::Approx(0.8));
   }
 
   TEST_CASE("the ratio is absent when what moves has no weight at all") {
@@ -108,10 +110,14 @@ TEST_SUITE("evaluation.weights") {
       CHECK_FALSE(q.mae_balanced);
       CHECK_FALSE(q.w_ratio);
       CHECK(*q.mae == doctest::Approx(0.5));
+      CHECK(*q.mae_of_one() == (moving ? 1.0 : 0.0));
+      CHECK(q.mean_static.has_value() == !moving);
       CHECK((moving ? q.n_dynamic : q.n_static) == 2);
     }
     const WeightQuality none = judge_weights({});
     CHECK_FALSE(none.mae);
+    CHECK_FALSE(none.mae_of_one());
+    CHECK_FALSE(none.mean_static);
     CHECK_FALSE(none.auc);
   }
 }

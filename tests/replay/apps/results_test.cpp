@@ -45,10 +45,12 @@ std::string fault_of_row(const std::vector<std::string>& row) {
   if (row.size() != 12) return "columns";
   if (!has_nine_decimals(row[0])) return "t";
   if (row[1].empty() || row[1].find_first_not_of("0123456789") != std::string::npos) return "id";
-  if (row[2] != "image_point" && row[2] != "event_point") return "kind";
+  const bool is_line = row[2] == "line";
+  if (row[2] != "image_point" && row[2] != "event_point" && !is_line) return "kind";
   if (!is_inside(row[3], 240.0)) return "u0_px";
   if (!is_inside(row[4], 180.0)) return "v0_px";
-  if (!row[5].empty() || !row[6].empty()) return "u1_px and v1_px of a point";
+  if (is_line && !(is_inside(row[5], 240.0) && is_inside(row[6], 180.0))) return "end of a line";
+  if (!is_line && !(row[5].empty() && row[6].empty())) return "u1_px and v1_px of a point";
   if (!is_weight(row[7]) || !is_weight(row[8]) || !is_weight(row[9])) return "weight";
   if (row[10].empty() || row[10].find_first_not_of("0123456789") != std::string::npos)
     return "observations";
@@ -122,9 +124,10 @@ TEST_SUITE("apps.replay_results") {
     for (const auto& item : report.items()) keys.push_back(item.key());
     std::sort(keys.begin(), keys.end());
     CHECK(keys == std::vector<std::string>{"accuracy", "cpu_ms_per_frame", "duration_s", "events",
-                                           "faults", "frames", "imu", "initialised_at_s", "memory",
-                                           "recording", "reset_stamps_s", "resets", "schema",
-                                           "stages", "streams_used", "version"});
+                                           "faults", "features_per_frame", "frames", "imu",
+                                           "initialised_at_s", "memory", "recording",
+                                           "reset_stamps_s", "resets", "schema", "stages",
+                                           "streams_used", "version"});
     const auto frames = recording.lines("images.txt").size();
     CHECK(report["frames"]["in"] == frames);
     CHECK(report["frames"]["used"] == frames);
@@ -134,12 +137,15 @@ TEST_SUITE("apps.replay_results") {
     CHECK(report["faults"] == nlohmann::json::object());
     CHECK(report["resets"] == 0);
     CHECK(report["duration_s"] == doctest::Approx(2.45));
-    for (const char* stage : {"read", "frontend", "backend", "frame"}) {
+    for (const char* stage : {"read", "frontend", "lines", "backend", "frame"}) {
       CAPTURE(stage);
       CHECK(report["stages"][stage]["p50_us"] <= report["stages"][stage]["max_us"]);
       CHECK(report["stages"][stage]["p99_us"] > 0.0);
     }
     CHECK(report["cpu_ms_per_frame"] > 0.0);
+    CHECK(report["features_per_frame"]["image_points"] > 20.0);
+    CHECK(report["features_per_frame"]["event_points"] > 0.0);
+    CHECK(report["features_per_frame"]["lines"] > 5.0);
     CHECK(report["memory"]["static_bytes"] > 0);
     CHECK(report["memory"]["peak_rss_bytes"] > report["memory"]["static_bytes"]);
     for (const char* key :

@@ -30,6 +30,22 @@ std::size_t count_rows(const RecordingCopy& recording, const std::string& kind) 
   return n;
 }
 
+/// Lines in features.csv that frames and events showed.
+struct LineRows {
+  std::size_t of_frames = 0;
+  std::size_t of_events = 0;
+};
+LineRows line_rows(const RecordingCopy& recording) {
+  constexpr unsigned long kFirstEventLine = 0xC0000001UL;  // src/frontend/lines/README.md
+  LineRows rows;
+  for (const std::string& line : lines_of(recording.out() / "features.csv")) {
+    const std::vector<std::string> fields = csv_fields(line);
+    if (fields[2] != "line") continue;
+    ++(std::stoul(fields[1]) >= kFirstEventLine ? rows.of_events : rows.of_frames);
+  }
+  return rows;
+}
+
 /// Stamps in features.csv, each once.
 std::vector<std::string> stamps_seen(const RecordingCopy& recording) {
   std::vector<std::string> stamps;
@@ -89,6 +105,38 @@ TEST_SUITE("apps.replay_streams") {
     for (const std::string& stamp : seen) CHECK_MESSAGE(listed.contains(stamp), stamp);
     for (const TumPose& pose : read_tum(recording.out() / "trajectory.tum"))
       CHECK(listed.contains(pose.stamp));
+  }
+
+  TEST_CASE("lines are of what the settings say, as far as it is looked at") {
+    const RecordingCopy recording;
+    const auto rows = [&](const std::string& source, const std::vector<std::string>& more) {
+      recording.write("my.yaml", "lines:\n  source: " + source + "\n");
+      std::vector<std::string> words{"--duration", "0.5", "--config",
+                                     (recording.path() / "my.yaml").string()};
+      words.insert(words.end(), more.begin(), more.end());
+      const Outcome o = recording.replay(words);
+      REQUIRE_MESSAGE(o.code == 0, o.err);
+      const LineRows found = line_rows(recording);
+      const bool wanted = source != "none";
+      const bool none = found.of_frames + found.of_events == 0;
+      CHECK_MESSAGE(contains(o.err, "lines.source is '" + source + "'") == (wanted && none), o.err);
+      const json report = json::parse(recording.report());
+      CHECK((report["features_per_frame"]["lines"] == 0.0) == none);
+      CHECK(report["stages"].contains("lines") == !none);
+      return found;
+    };
+    CHECK(rows("none", {}).of_frames + rows("none", {}).of_events == 0);
+    CHECK(rows("frames", {}).of_frames > 20);
+    CHECK(rows("frames", {}).of_events == 0);
+    CHECK(rows("events", {}).of_frames == 0);
+    CHECK(rows("events", {}).of_events > 20);
+    const LineRows both = rows("both", {});
+    CHECK(both.of_frames > 20);
+    CHECK(both.of_events > 0);
+    CHECK(rows("both", {"--no-events"}).of_frames > 20);
+    CHECK(rows("both", {"--no-frames"}).of_events > 20);
+    CHECK(rows("events", {"--no-events"}).of_frames == 0);
+    CHECK(rows("frames", {"--no-frames"}).of_events == 0);
   }
 
   TEST_CASE("without a list of frames events are observed at 20 Hz, and the coverage is of that") {

@@ -53,7 +53,8 @@ TEST_SUITE("apps.command_line") {
     const Outcome help = run("--help");
     CHECK(help.code == 0);
     CHECK(help.err == "");
-    for (const char* name : {"evaluate", "info", "config", "check-imu", "check-consistency"}) {
+    for (const char* name :
+         {"evaluate", "ablate", "info", "config", "check-imu", "check-consistency"}) {
       CAPTURE(name);
       CHECK(contains(help.out, name));
       const Outcome sub = run(std::string(name) + " --help");

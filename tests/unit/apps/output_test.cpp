@@ -79,12 +79,44 @@ TEST_SUITE("apps.output") {
     std::array<pled::FeatureWeight, 2> weights;
     weights[0] = {.id = 7, .w_geometric = 0.25, .w = 0.25, .observations = 4, .used = true};
     weights[1] = {.id = 4000000000, .w_temporal = 1.0 / 3.0, .w = 0.0};
-    REQUIRE(writer.write_frame(frame, weights));
+    REQUIRE(writer.write_frame(frame, weights, {}));
     CHECK(writer.close());
     CHECK(read_all(folder.path() / "features.csv") ==
           "t,id,kind,u0_px,v0_px,u1_px,v1_px,w_temporal,w_geometric,w,observations,used\n"
           "0.050000000,7,image_point,12.5000,100.2500,,,,0.250000,0.250000,4,1\n"
           "0.050000000,4000000000,event_point,0.0000,179.0000,,,0.333333,,0.000000,0,0\n");
+  }
+
+  TEST_CASE("features.csv has both ends of a line, weighed or not") {
+    const ScratchFolder folder;
+    FeaturesWriter writer;
+    REQUIRE(writer.open(folder.path()));
+    static pled::FrameMeasurement frame;
+    frame.stamp_ns = 50'000'000;
+    REQUIRE(frame.lines.resize(2));
+    frame.lines[0].id = pled::kFirstImageLineId;
+    frame.lines[0].raw_px = {{{1.5, 2.0}, {30.25, 179.0}}};
+    frame.lines[1].id = pled::kFirstEventLineId;
+    frame.lines[1].raw_px = {{{0.0, 4.0}, {60.0, 4.5}}};
+    frame.lines[1].w_temporal = 0.75;
+    REQUIRE(writer.write_frame(frame, {}, {}));
+    std::array<pled::FeatureWeight, 2> weights;
+    weights[0] = {.id = pled::kFirstImageLineId, .w = 0.0};
+    weights[1] = {.id = pled::kFirstEventLineId,
+                  .w_temporal = 0.75,
+                  .w_geometric = 0.5,
+                  .w = 0.625,
+                  .observations = 3,
+                  .used = true};
+    REQUIRE(writer.write_frame(frame, {}, weights));
+    CHECK(writer.close());
+    CHECK(read_all(folder.path() / "features.csv") ==
+          std::string(FeaturesWriter::kHeader) +
+              "0.050000000,1073741825,line,1.5000,2.0000,30.2500,179.0000,,,,0,0\n"
+              "0.050000000,3221225473,line,0.0000,4.0000,60.0000,4.5000,0.750000,,,0,0\n"
+              "0.050000000,1073741825,line,1.5000,2.0000,30.2500,179.0000,,,0.000000,0,0\n"
+              "0.050000000,3221225473,line,0.0000,4.0000,60.0000,4.5000,0.750000,0.500000,"
+              "0.625000,3,1\n");
   }
 
   TEST_CASE("a full disk is noticed by the writer and told in words") {
@@ -106,7 +138,7 @@ TEST_SUITE("apps.output") {
     FeaturesWriter features;
     REQUIRE(features.open(folder.path()));
     static pled::FrameMeasurement nothing;
-    CHECK_FALSE(features.write_frame(nothing, {}));
+    CHECK_FALSE(features.write_frame(nothing, {}, {}));
     CHECK(features.error().find("features.csv") != std::string::npos);
     CHECK(write_report({}, folder.path()).find("No space left") != std::string::npos);
   }
@@ -140,14 +172,17 @@ TEST_SUITE("apps.output") {
     const auto json = nlohmann::ordered_json::parse(to_json({}));
     std::vector<std::string> keys;
     for (const auto& item : json.items()) keys.push_back(item.key());
-    CHECK(keys == std::vector<std::string>{
-                      "schema", "version", "recording", "duration_s", "initialised_at_s",
-                      "accuracy", "stages", "cpu_ms_per_frame", "streams_used", "events", "imu",
-                      "frames", "memory", "faults", "resets", "reset_stamps_s"});
+    CHECK(keys == std::vector<std::string>{"schema", "version", "recording", "duration_s",
+                                           "initialised_at_s", "accuracy", "stages",
+                                           "cpu_ms_per_frame", "features_per_frame", "streams_used",
+                                           "events", "imu", "frames", "memory", "faults", "resets",
+                                           "reset_stamps_s"});
     for (const char* key : {"duration_s", "initialised_at_s", "cpu_ms_per_frame", "events"})
       CHECK(json.at(key).is_null());
     for (const char* key : {"ate_rmse_m", "mpe_percent", "rpe_trans_m", "rpe_rot_deg", "coverage"})
       CHECK(json.at("accuracy").at(key).is_null());
+    for (const char* key : {"image_points", "event_points", "lines"})
+      CHECK(json.at("features_per_frame").at(key).is_null());
     for (const char* key : {"static_bytes", "peak_rss_bytes", "allocations_after_start"})
       CHECK(json.at("memory").at(key).is_null());
     CHECK(json.at("stages").is_object());

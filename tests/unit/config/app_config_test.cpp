@@ -38,11 +38,14 @@ TEST_SUITE("config.app_config") {
         "frontend:\n  max_points: 77\n  ransac_px: 2.5\n"
         "backend: {estimate_time_shift: true, gravity_mps2: 9.7940}\n"
         "sensors:\n  event_camera: cam1\n"
+        "robust: {lambda_w: 3}\nfusion: {lambda_z: 0.5}\n"
         "imu: /data/imu.yaml\n");
     CHECK(c.frontend.max_points == 77);
     CHECK(c.frontend.ransac_px == 2.5);
     CHECK(c.backend.estimate_time_shift);
     CHECK(c.backend.gravity_mps2 == 9.794);
+    CHECK(c.backend.robust.lambda_w == 3.0);
+    CHECK(c.backend.fusion.lambda_z == 0.5);
     CHECK(c.sensors.event_camera == "cam1");
     CHECK(c.sensors.frame_camera == "cam0");
     CHECK(c.sensors_named);
@@ -103,6 +106,11 @@ TEST_SUITE("config.app_config") {
              Case{"- a\n- b\n", 1, "key: value"},
              Case{"events:\n  picture: sharp\n", 2, "must be brightness or time_surface"},
              Case{"reliability: {score: Motion}\n", 1, "must be motion, paper or count"},
+             Case{"robust:\n  mode: huber\n", 2,
+                  "must be none, per_observation, paper or dynavins"},
+             Case{"fusion: {mode: on}\n", 1, "must be none, paper or prior"},
+             Case{"lines: {source: all}\n", 1, "must be none, events, frames or both"},
+             Case{"lines: {event_picture: sharp}\n", 1, "must be brightness or time_surface"},
          }) {
       const ConfigError e = bad(c.text);
       CHECK(e.line == c.line);
@@ -165,7 +173,25 @@ TEST_SUITE("config.app_config") {
     for (const auto picture : {pled::EventPicture::kBrightness, pled::EventPicture::kTimeSurface}) {
       AppConfig c;
       c.events.picture = picture;
+      c.lines.event_picture = picture;
       CHECK(good(pled::to_documented_yaml(c)).events.picture == picture);
+      CHECK(good(pled::to_documented_yaml(c)).lines.event_picture == picture);
+    }
+    for (const auto& [source, word] : pled::kLineSourceNames) {
+      const AppConfig c = good("lines: {source: " + std::string(word) + ", max_lines: 12}\n");
+      CHECK(c.lines.source == source);
+      CHECK(c.lines.tracking.max_lines == 12);
+      CHECK(good(pled::to_documented_yaml(c)).lines.source == source);
+    }
+    for (const auto& [mode, word] : pled::kRobustModeNames) {
+      const AppConfig c = good("robust: {mode: " + std::string(word) + "}\n");
+      CHECK(c.backend.robust.mode == mode);
+      CHECK(good(pled::to_documented_yaml(c)).backend.robust.mode == mode);
+    }
+    for (const auto& [mode, word] : pled::kFusionModeNames) {
+      const AppConfig c = good("fusion: {mode: " + std::string(word) + "}\n");
+      CHECK(c.backend.fusion.mode == mode);
+      CHECK(good(pled::to_documented_yaml(c)).backend.fusion.mode == mode);
     }
   }
 
@@ -183,8 +209,8 @@ TEST_SUITE("config.app_config") {
         if (auto* const* number = std::get_if<double*>(&field)) **number = value;
         if (auto* const* whole = std::get_if<int*>(&field)) **whole = static_cast<int>(value);
         for (const pled::ConfigIssue issue :
-             {check(c.frontend), check(c.events), check(c.reliability), check(c.motion_cue),
-              check(c.backend)})
+             {check(c.frontend), check(c.events), check(c.lines), check(c.reliability),
+              check(c.motion_cue), check(c.backend)})
           if (issue.key != nullptr) return std::string(issue.key);
         return std::string();
       };

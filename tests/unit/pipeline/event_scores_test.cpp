@@ -110,6 +110,24 @@ TEST_SUITE("pipeline.event_scores") {
     CHECK_FALSE(known({std::nan(""), 0, 1}));
   }
 
+  TEST_CASE("the window of an announced frame ends with it, though frames come at uneven times") {
+    const RigCalibration rig = support::event_rig(false);
+    StageRun run(map_only(), rig, {});
+    const auto events_at = [](std::int64_t observed_us,
+                              const std::vector<std::int64_t>& before_us) {
+      std::vector<Event> events;
+      for (const std::int64_t before : before_us)
+        events.push_back({{observed_us - before}, 82, 58, Polarity::kOn});
+      return events;
+    };
+    run.observe(kObserved_us - 93'000, events_at(kObserved_us - 93'000, {100}));
+    run.observe(kObserved_us - 43'000, events_at(kObserved_us - 43'000, {100}));
+    run.observe(kObserved_us, events_at(kObserved_us, {kWindow_us, kWindow_us - 1, 20'000, 100}));
+    const auto score = run.stage().score(kRayOf82_58, ScorePooling::kPixel, ScoreForm::kPaper);
+    REQUIRE(score);
+    CHECK(score->n == 3);
+  }
+
   TEST_CASE("only events of the window before the observation count") {
     const RigCalibration rig = support::event_rig(false);
     StageRun run(map_only(), rig, {});

@@ -1,5 +1,6 @@
 #include "pled_vins/pipeline/event_stage.hpp"
 
+#include <array>
 #include <cmath>
 #include <cstring>
 #include <random>
@@ -65,6 +66,45 @@ TEST_SUITE("pipeline.event_stage") {
       CHECK(run.measured().t.us == kStart_us + 300'000);
       CHECK(run.measured().stamp_ns == (kStart_us + 300'000) * 1000);
     }
+  }
+
+  TEST_CASE("lines get their own kind of picture, as points would, and change nothing for them") {
+    const RigCalibration rig = event_rig(true);
+    const EventScene scene(rig.cameras[0], 0.12, 3);
+    const std::vector<Event> events = scene.events(swing(), kStart_us, kStart_us + 300'000);
+    for (const EventPicture of_points : kPictures)
+      for (const EventPicture of_lines : kPictures)
+        for (const int max_points : {0, 60}) {
+          CAPTURE(static_cast<int>(of_points));
+          CAPTURE(static_cast<int>(of_lines));
+          CAPTURE(max_points);
+          EventStageConfig config = config_of(of_points);
+          config.events.max_points = max_points;
+          StageRun without(config, rig, swing());
+          config.line_picture = of_lines;
+          StageRun with(config, rig, swing());
+          StageRun like_points(config_of(of_lines), rig, swing());
+          for (StageRun* run : {&without, &with, &like_points})
+            run->play(events, kStart_us, kStart_us + 300'000);
+          CHECK(without.stage().line_picture().empty());
+          for (std::size_t k = 0; k < with.history().size(); ++k)
+            check_same(with.history()[k], without.history()[k]);
+          const auto picture = with.stage().line_picture();
+          const auto want = like_points.stage().picture();
+          REQUIRE(picture.width == want.width);
+          REQUIRE(picture.height == want.height);
+          std::size_t grey_levels = 0;
+          std::array<bool, 256> seen{};
+          bool same = true;
+          for (int y = 0; y < want.height; ++y)
+            for (int x = 0; x < want.width; ++x) {
+              same = same && picture.at(y, x) == want.at(y, x);
+              grey_levels += seen[want.at(y, x)] ? 0U : 1U;
+              seen[want.at(y, x)] = true;
+            }
+          CHECK(same);
+          CHECK(grey_levels > 20);
+        }
   }
 
   TEST_CASE("how events are split into calls makes no difference to the points") {

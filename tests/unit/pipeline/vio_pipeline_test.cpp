@@ -1,5 +1,6 @@
 #include "pled_vins/pipeline/vio_pipeline.hpp"
 
+#include <cmath>
 #include <memory>
 #include <random>
 #include <set>
@@ -26,17 +27,24 @@ support::SwingingBody swing() { return {{0.15, 0.25, 0.2}, {0.12, 0.08, 0.02}, 0
 /// A pipeline with its stages, and a wall of squares before a swinging body.
 class Rig {
  public:
-  Rig(bool use_frames, bool with_events)
+  Rig(bool use_frames, bool with_events, LineSource lines = LineSource::kNone)
       : rig_(support::event_rig(true)),
         scene_(rig_.cameras[0], 0.12, 1),
         events_(scene_.events(swing(), kStart_us, kStart_us + 8 * kFrame_us)),
         picture_(160 * 120) {
+    LineStageConfig line_config;
+    line_config.source = lines;
+    line_config.event_picture = EventPicture::kTimeSurface;  // not what points are followed in
+    line_config.tracking.min_length_share = 0.03;
+    if (lines != LineSource::kNone)
+      line_stage_ = std::make_unique<LineStage>(line_config, rig_, line_storage_->view());
     EventStageConfig config;
+    if (from_events(lines)) config.line_picture = line_config.event_picture;
     if (with_events) stage_ = std::make_unique<EventStage>(config, rig_, event_storage_->view());
     PipelineOptions options;
     options.use_frames = use_frames;
     pipeline_ = std::make_unique<VioPipeline>(rig_, *imu_, *tracker_, *backend_, health_, options,
-                                              stage_.get());
+                                              stage_.get(), line_stage_.get());
     std::mt19937_64 random(1);
     for (std::size_t y = 0; y < 120; y += 6)
       for (std::size_t x = 0; x < 160; x += 8) {
@@ -92,6 +100,8 @@ class Rig {
   std::unique_ptr<Backend> backend_ = std::make_unique<Backend>(BackendConfig{}, rig_, solver_);
   std::unique_ptr<support::EventStorage> event_storage_ = std::make_unique<support::EventStorage>();
   std::unique_ptr<EventStage> stage_;
+  std::unique_ptr<LineStorage<160, 120>> line_storage_ = std::make_unique<LineStorage<160, 120>>();
+  std::unique_ptr<LineStage> line_stage_;
   std::unique_ptr<VioPipeline> pipeline_;
   std::uint64_t sent_ = 0;
 };
@@ -100,6 +110,12 @@ std::size_t count(const FrameMeasurement& m, FeatureKind kind) {
   std::size_t n = 0;
   for (const PointMeasurement& p : m.points) n += p.kind == kind ? 1U : 0U;
   return n;
+}
+
+/// 1 when both are the same weight, 0 when both are none.
+std::size_t told(double w, double given_out) {
+  CHECK((w == given_out || (std::isnan(w) && std::isnan(given_out))));
+  return std::isnan(w) ? 0 : 1;
 }
 
 }  // namespace
@@ -156,14 +172,52 @@ TEST_SUITE("pipeline.vio_pipeline") {
     CHECK(count(*result.measurement, FeatureKind::kEventPoint) == 0);
   }
 
-  TEST_CASE("after a clock jump both kinds of points begin as if nothing had been seen") {
+  TEST_CASE("lines come beside the points, of what is looked at, and change none of them") {
+    for (const bool use_frames : {true, false}) {
+      CAPTURE(use_frames);
+      Rig with(use_frames, true, LineSource::kBoth);
+      Rig without(use_frames, true);
+      std::size_t of_frames = 0;
+      std::size_t of_events = 0;
+      std::size_t knowing = 0;
+      for (int k = 1; k <= 6; ++k) {
+        FrameResult a, b;
+        REQUIRE(with.play(k, use_frames, a));
+        REQUIRE(without.play(k, use_frames, b));
+        CHECK(b.measurement->lines.empty());
+        for (const LineMeasurement& line : a.measurement->lines)
+          ++(line.id >= kFirstEventLineId ? of_events : of_frames);
+        REQUIRE(a.temporal_lines.size() == a.measurement->lines.size());
+        REQUIRE(a.temporal.size() == a.measurement->points.size());
+        // What the back end is told is what is given out, no evidence included.
+        for (std::size_t i = 0; i < a.temporal_lines.size(); ++i)
+          knowing += told(a.measurement->lines[i].w_temporal, a.temporal_lines[i].motion);
+        for (std::size_t i = 0; i < a.temporal.size(); ++i)
+          knowing += told(a.measurement->points[i].w_temporal, a.temporal[i].motion);
+        REQUIRE(a.measurement->points.size() == b.measurement->points.size());
+        for (std::size_t i = 0; i < a.measurement->points.size(); ++i) {
+          CHECK(a.measurement->points[i].raw_px == b.measurement->points[i].raw_px);
+          CHECK(a.measurement->points[i].for_solver == b.measurement->points[i].for_solver);
+        }
+      }
+      CHECK(of_events > 10);
+      if (use_frames) CHECK(knowing > 10);  // points tell the camera's way
+      CHECK((of_frames > 10) == use_frames);
+      CHECK(with.health().stage(Stage::kLines).count() == 6);
+      CHECK(without.health().stage(Stage::kLines).count() == 0);
+      CHECK(with.health().faults(Fault::kLinePictureSkipped) == 0);
+    }
+  }
+
+  TEST_CASE("after a clock jump points and lines begin as if nothing had been seen") {
     for (const bool use_frames : {false, true}) {
       CAPTURE(use_frames);
-      Rig jumped(use_frames, true);
-      Rig fresh(use_frames, true);
+      Rig jumped(use_frames, true, LineSource::kBoth);
+      Rig fresh(use_frames, true, LineSource::kBoth);
       FrameResult result;
       for (int k = 1; k <= 3; ++k) REQUIRE(jumped.play(k, use_frames, result, 900'000'000));
       REQUIRE(result.measurement->points.size() > 5);
+      REQUIRE(result.measurement->lines.size() > 1);
       jumped.pipeline().on_clock_jump();
       for (int k = 1; k <= 3; ++k) {
         FrameResult a, b;
@@ -173,6 +227,11 @@ TEST_SUITE("pipeline.vio_pipeline") {
         for (std::size_t i = 0; i < a.measurement->points.size(); ++i) {
           CHECK(a.measurement->points[i].raw_px == b.measurement->points[i].raw_px);
           CHECK(a.measurement->points[i].track_length == b.measurement->points[i].track_length);
+        }
+        REQUIRE(a.measurement->lines.size() == b.measurement->lines.size());
+        for (std::size_t i = 0; i < a.measurement->lines.size(); ++i) {
+          CHECK(a.measurement->lines[i].raw_px == b.measurement->lines[i].raw_px);
+          CHECK(a.measurement->lines[i].track_length == b.measurement->lines[i].track_length);
         }
       }
     }

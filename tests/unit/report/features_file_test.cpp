@@ -50,6 +50,20 @@ TEST_SUITE("report.features_file") {
     CHECK_FALSE(rows.error());
   }
 
+  TEST_CASE("what events showed is known by kind and id") {
+    FeatureRow row;
+    row.kind = Kind::kEventPoint;
+    CHECK(is_of_events(row));
+    row.kind = Kind::kLine;
+    row.id = pled::kFirstEventLineId;
+    CHECK(is_of_events(row));
+    row.id = pled::kFirstImageLineId;
+    CHECK_FALSE(is_of_events(row));
+    row.kind = Kind::kImagePoint;
+    row.id = 7;
+    CHECK_FALSE(is_of_events(row));
+  }
+
   TEST_CASE("a line that does not read is named with its number") {
     for (const char* bad : {
              "0.1,8,image_point,1,2,,,,0.5,0.5,4\n",                // a column short

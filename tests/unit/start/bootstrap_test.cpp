@@ -7,7 +7,7 @@
 #include <doctest/doctest.h>
 
 #include "pled_vins/backend/backend.hpp"
-#include "pled_vins/backend/ceres_solver.hpp"
+#include "pled_vins/backend/solvers.hpp"
 #include "tests/support/start_world.hpp"
 
 using namespace pled;
@@ -40,7 +40,7 @@ Attempts attempt_all(const PointWorld& world, std::span<const FrameMeasurement> 
   const auto window = std::make_unique<SlidingWindow>();
   const Pose& T = rig.cameras[0].T_body_cam;
   window->rig_state = {T, T, T, 0.0, 0.0};
-  const auto solver = make_ceres_solver();
+  const auto solver = make_solver(SolverKind::kFixed);
   Attempts out;
   for (const FrameMeasurement& frame : frames) {
     const auto imu = std::make_unique<ImuHistory>();
@@ -72,7 +72,7 @@ struct Life {
 
 Life live_through_darkness(Duration dark) {
   const PointWorld world(drone(11));
-  const auto solver = make_ceres_solver();
+  const auto solver = make_solver(SolverKind::kFixed);
   const auto backend = std::make_unique<Backend>(BackendConfig{}, world.rig(), *solver);
   const auto imu = std::make_unique<ImuHistory>();
   const auto out = std::make_unique<BackendOutput>();

@@ -6,8 +6,7 @@
 
 namespace pled {
 
-/// A solver on Ceres: one thread, dense Schur complement, Levenberg-Marquardt. Allocates
-/// in every call; all of Ceres' memory is confined to it.
+/// See SolverKind::kCeres.
 [[nodiscard]] std::unique_ptr<WindowSolver> make_ceres_solver();
 
 }  // namespace pled

@@ -5,16 +5,16 @@
 
 namespace pled {
 
-/// How exactly points are tracked, measured from what the solves leave over. Ours: tracks of a
+/// How exactly points and lines are tracked, measured from what the solves leave over. Ours: tracks of a
 /// sharp picture are ten times as exact as those of a blurred or compressed one, and scale and
 /// biases come out right only when vision and inertia are weighed as they deserve.
-class PointNoise {
+class FeatureNoise {
  public:
   /// `least_px`: of each kind, never below; what the estimate is at first.
-  explicit PointNoise(const PointSigmas& least_px) noexcept
+  explicit FeatureNoise(const FeatureSigmas& least_px) noexcept
       : least_px_(least_px), measured_px_(least_px) {}
 
-  /// After a solve, for each kind: follows the median over points of the noise that their own
+  /// After a solve, for each kind: follows the median over landmarks of the noise that their own
   /// residuals show (per degree of freedom, so few sightings do not look exact). A median, because
   /// points that move or are mistracked say nothing about the others.
   void observe(const SlidingWindow& window, const RigCalibration& rig,
@@ -22,14 +22,13 @@ class PointNoise {
   void reset() noexcept { measured_px_ = least_px_; }
 
   /// Standard deviation of one axis of each kind.
-  [[nodiscard]] PointSigmas sigmas_px() const noexcept;
+  [[nodiscard]] FeatureSigmas sigmas_px() const noexcept;
 
  private:
-  void observe_kind(FeatureKind kind, const SlidingWindow& window, const RigCalibration& rig,
-                    const FactorSettings& settings) noexcept;
+  void follow(FeatureKind kind, double now_px) noexcept;
 
-  PointSigmas least_px_;
-  PointSigmas measured_px_;
+  FeatureSigmas least_px_;
+  FeatureSigmas measured_px_;
 };
 
 }  // namespace pled

@@ -1,4 +1,4 @@
-#include "pled_vins/backend/point_noise.hpp"
+#include "pled_vins/backend/feature_noise.hpp"
 
 #include <cmath>
 #include <memory>
@@ -59,9 +59,9 @@ class NoisyWindow {
   }
 
   /// What is measured after many frames, weighed with `weights_px` meanwhile.
-  [[nodiscard]] PointSigmas measure(PointNoise& noise, const PointSigmas& weights_px) const {
+  [[nodiscard]] FeatureSigmas measure(FeatureNoise& noise, const FeatureSigmas& weights_px) const {
     FactorSettings settings = make_factor_settings({}, rig_);
-    set_point_noise(settings, rig_, weights_px);
+    set_feature_noise(settings, rig_, weights_px);
     for (int k = 0; k < 100; ++k) noise.observe(*window_, rig_, settings);
     return noise.sigmas_px();
   }
@@ -106,19 +106,19 @@ TEST_SUITE("backend.point_noise") {
     CHECK(settings.weight_of(FeatureKind::kImagePoint, kEventCamera) == doctest::Approx(1200));
     CHECK(settings.weight_of(FeatureKind::kEventPoint, kFrameCamera) == doctest::Approx(400));
     CHECK(settings.weight_of(FeatureKind::kEventPoint, kEventCamera) == doctest::Approx(600));
-    set_point_noise(settings, rig, {2.0, 0.1});
+    set_feature_noise(settings, rig, {2.0, 0.1});
     CHECK(settings.weight_of(FeatureKind::kImagePoint, kFrameCamera) == doctest::Approx(100));
     CHECK(settings.weight_of(FeatureKind::kEventPoint, kEventCamera) == doctest::Approx(3000));
   }
 
   TEST_CASE("the noise of each kind is measured as it is, whatever the other's and the weights") {
-    for (const PointSigmas& truth : {PointSigmas{0.3, 0.9}, PointSigmas{0.8, 0.2}}) {
+    for (const FeatureSigmas& truth : {FeatureSigmas{0.3, 0.9}, FeatureSigmas{0.8, 0.2}}) {
       NoisyWindow f;
       f.add_points(FeatureKind::kImagePoint, truth[0], 200);
       f.add_points(FeatureKind::kEventPoint, truth[1], 150);
-      for (const PointSigmas& weights : {PointSigmas{0.5, 0.5}, PointSigmas{0.1, 3.0}}) {
-        PointNoise noise({0.1, 0.1});
-        const PointSigmas found = f.measure(noise, weights);
+      for (const FeatureSigmas& weights : {FeatureSigmas{0.5, 0.5}, FeatureSigmas{0.1, 3.0}}) {
+        FeatureNoise noise({0.1, 0.1});
+        const FeatureSigmas found = f.measure(noise, weights);
         // The median of 150 chi-square values of 13 degrees of freedom is known to 2 %.
         CHECK(found[0] == doctest::Approx(truth[0]).epsilon(0.06));
         CHECK(found[1] == doctest::Approx(truth[1]).epsilon(0.06));
@@ -130,7 +130,7 @@ TEST_SUITE("backend.point_noise") {
     NoisyWindow f;
     f.add_points(FeatureKind::kEventPoint, 0.5, 100);
     f.add_points(FeatureKind::kEventPoint, 20.0, 50);
-    PointNoise noise({0.1, 0.1});
+    FeatureNoise noise({0.1, 0.1});
     CHECK(f.measure(noise, {1.0, 1.0})[1] < 0.65);
   }
 
@@ -138,8 +138,8 @@ TEST_SUITE("backend.point_noise") {
     NoisyWindow f;
     f.add_points(FeatureKind::kImagePoint, 0.6, 40);
     f.add_points(FeatureKind::kEventPoint, 0.6, 9);
-    PointNoise noise({0.2, 0.25});
-    PointSigmas found = f.measure(noise, {0.3, 0.3});
+    FeatureNoise noise({0.2, 0.25});
+    FeatureSigmas found = f.measure(noise, {0.3, 0.3});
     CHECK(found[0] > 0.45);
     CHECK(found[1] == 0.25);
     f.add_points(FeatureKind::kEventPoint, 0.6, 1);
@@ -147,24 +147,24 @@ TEST_SUITE("backend.point_noise") {
     CHECK(found[1] > 0.3);
     for (Landmark& l : f.window().landmarks) l.in_solver = false;  // none took part
     noise.reset();
-    CHECK(f.measure(noise, {0.3, 0.3}) == PointSigmas{0.2, 0.25});
+    CHECK(f.measure(noise, {0.3, 0.3}) == FeatureSigmas{0.2, 0.25});
   }
 
   TEST_CASE("it stays within its least and ten times that, and follows within a second") {
     NoisyWindow f;
     f.add_points(FeatureKind::kImagePoint, 0.05, 50);
     f.add_points(FeatureKind::kEventPoint, 5.0, 50);
-    PointNoise noise({0.2, 0.3});
-    const PointSigmas found = f.measure(noise, {0.5, 0.5});
+    FeatureNoise noise({0.2, 0.3});
+    const FeatureSigmas found = f.measure(noise, {0.5, 0.5});
     CHECK(found[0] == 0.2);
     CHECK(found[1] == doctest::Approx(3.0));
 
-    PointNoise fresh({0.5, 0.5});
+    FeatureNoise fresh({0.5, 0.5});
     FactorSettings settings = make_factor_settings({}, two_camera_rig());
     fresh.observe(f.window(), two_camera_rig(), settings);
     CHECK(fresh.sigmas_px()[1] < 1.2);  // a tenth of the way
     fresh.reset();
-    CHECK(fresh.sigmas_px() == PointSigmas{0.5, 0.5});
+    CHECK(fresh.sigmas_px() == FeatureSigmas{0.5, 0.5});
   }
 }
 
