@@ -24,12 +24,12 @@ double robust_gain(double robust_scale) noexcept {
 }
 
 void set_feature_noise(FactorSettings& settings, const RigCalibration& rig,
-                     const FeatureSigmas& sigmas_px) noexcept {
+                       const FeatureSigmas& sigmas_px) noexcept {
   for (std::size_t kind = 0; kind < kFeatureKinds; ++kind)
     for (std::size_t c = 0; c < limits::kMaxCameras; ++c)
-      settings.sigmas_per_unit[kind][c] =
-          as_published(settings.robust.mode) ? kPaperSigmasPerUnit
-                                             : mean_focal_px(rig.cameras[c]) / sigmas_px[kind];
+      settings.sigmas_per_unit[kind][c] = as_published(settings.robust.mode)
+                                              ? kPaperSigmasPerUnit
+                                              : mean_focal_px(rig.cameras[c]) / sigmas_px[kind];
 }
 
 FactorSettings make_factor_settings(const BackendConfig& config,

@@ -133,15 +133,13 @@ void NormalEquations::eliminate_from(const LandmarkBlocks<N>& blocks,
           part * blocks.W[k].transpose();
     if (e >= 0)
       H.block<kPoseDim, kExtrinsicDim>(row, e).noalias() -= part * blocks.W_extrinsic.transpose();
-    if (t >= 0)
-      H.block<kPoseDim, 1>(row, t).noalias() -= part * blocks.W_time_shift.transpose();
+    if (t >= 0) H.block<kPoseDim, 1>(row, t).noalias() -= part * blocks.W_time_shift.transpose();
   }
   if (e >= 0) {
     const Eigen::Matrix<double, kExtrinsicDim, N> part = blocks.W_extrinsic * h_inverse;
     b.segment<kExtrinsicDim>(e).noalias() -= part * blocks.g;
     H.block<kExtrinsicDim, kExtrinsicDim>(e, e).noalias() -= part * blocks.W_extrinsic.transpose();
-    if (t >= 0)
-      H.block<kExtrinsicDim, 1>(e, t).noalias() -= part * blocks.W_time_shift.transpose();
+    if (t >= 0) H.block<kExtrinsicDim, 1>(e, t).noalias() -= part * blocks.W_time_shift.transpose();
   }
   if (t >= 0) {
     const Eigen::Matrix<double, 1, N> part = blocks.W_time_shift * h_inverse;
@@ -181,8 +179,7 @@ void NormalEquations::add_line(const SlidingWindow& window, const RigCalibration
 
 void NormalEquations::complete() noexcept {
   for (Eigen::Index column = 0; column < H_.cols(); ++column)
-    for (Eigen::Index row = column + 1; row < H_.rows(); ++row)
-      H_(row, column) = H_(column, row);
+    for (Eigen::Index row = column + 1; row < H_.rows(); ++row) H_(row, column) = H_(column, row);
 }
 
 }  // namespace pled

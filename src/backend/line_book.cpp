@@ -21,8 +21,7 @@ Eigen::Vector2d middle_of(const LineObservation& seen) noexcept {
 /// Whether the line is in front of a camera where that saw the middle of it.
 bool in_front(const SlidingWindow& window, const RigCalibration& rig, const LineLandmark& line,
               const LineObservation& seen) noexcept {
-  Pose T_line_cam =
-      window.state(seen.state).x.T_world_body() * window.T_body_cam(seen.camera, rig);
+  Pose T_line_cam = window.state(seen.state).x.T_world_body() * window.T_body_cam(seen.camera, rig);
   T_line_cam.p -= line.origin_world();
   return point_seen_at(T_line_cam.inverse() * to_plucker(line.line()), middle_of(seen)).has_value();
 }
@@ -63,10 +62,10 @@ void LineBook::triangulate(SlidingWindow& window, LineLandmark& line) const noex
   std::array<SegmentView, limits::kWindowStates> views;
   const auto& seen = line.observations;
   for (std::size_t k = 0; k < seen.size(); ++k)
-    views[k] = {window.state(seen[k].state).x.T_world_body() *
-                    window.T_body_cam(seen[k].camera, rig_),
-                {seen[k].start_xy[0], seen[k].start_xy[1]},
-                {seen[k].end_xy[0], seen[k].end_xy[1]}};
+    views[k] = {
+        window.state(seen[k].state).x.T_world_body() * window.T_body_cam(seen[k].camera, rig_),
+        {seen[k].start_xy[0], seen[k].start_xy[1]},
+        {seen[k].end_xy[0], seen[k].end_xy[1]}};
   LineTriangulationRules rules;
   rules.sigma_xy = 1.0 / settings_.weight_of(FeatureKind::kLine, seen[0].camera);
   const std::optional<TriangulatedLine> found =

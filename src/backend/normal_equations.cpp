@@ -8,9 +8,7 @@
 #include "src/backend/row_of.hpp"
 
 namespace pled {
-namespace {
-
-}  // namespace
+namespace {}  // namespace
 
 void NormalEquations::reset(const SlidingWindow& window, const FactorSettings& settings) noexcept {
   dim_ = row_of(window.size());

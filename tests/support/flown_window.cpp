@@ -39,14 +39,14 @@ void add_lines(FreeWindow& f, std::size_t count, std::uint64_t seed) {
   std::uniform_real_distribution<double> unit(-1.0, 1.0);
   const std::uint8_t camera = f.rig.frame_camera;
   const Pose T_body_cam = f.window->T_body_cam(camera, f.rig);
-  std::normal_distribution<double> noise(
-      0.0, 1.0 / f.settings.weight_of(FeatureKind::kLine, camera));
+  std::normal_distribution<double> noise(0.0,
+                                         1.0 / f.settings.weight_of(FeatureKind::kLine, camera));
   const Pose T_world_middle = f.window->state(f.window->size() / 2).x.T_world_body() * T_body_cam;
   const LineBook book(f.rig, f.settings, 4);
   for (std::size_t tries = 0; f.window->lines.size() < count && tries < 50 * count; ++tries) {
     const auto place = [&] {
-      return T_world_middle * Eigen::Vector3d(1.5 * unit(random), unit(random),
-                                              4.0 + 1.5 * unit(random));
+      return T_world_middle *
+             Eigen::Vector3d(1.5 * unit(random), unit(random), 4.0 + 1.5 * unit(random));
     };
     const Eigen::Vector3d a = place(), b = place();
     LineLandmark line;

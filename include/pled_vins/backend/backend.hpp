@@ -26,7 +26,7 @@ struct BackendOutput {
   /// One per point of the measurement, in its order, whatever became of it.
   FixedVector<FeatureWeight, limits::kMaxPoints> weights;
   FixedVector<FeatureWeight, limits::kMaxLines> line_weights;  ///< the same of lines
-  StartRefusal refusal = StartRefusal::kNone;  ///< while !has_pose: why not
+  StartRefusal refusal = StartRefusal::kNone;                  ///< while !has_pose: why not
   double refusal_detail = 0.0;
   bool keyframe = false;
   int iterations = 0;

@@ -11,7 +11,7 @@ struct BackendConfig {
   double point_sigma_px = 0.15;  ///< least noise of a tracked point, one axis; more is measured
                                  ///< while tracking, 0.05 ... 10
   double event_point_sigma_px = 0.4;  ///< the same of an event point, 0.05 ... 10
-  double line_sigma_px = 0.5;  ///< the same of a line's end, across the line, 0.05 ... 10
+  double line_sigma_px = 0.5;         ///< the same of a line's end, across the line, 0.05 ... 10
   double start_sigma_px = 0.7;        ///< the same until the estimator has started, 0.05 ... 10
   double robust_scale = 2.0;          ///< Cauchy scale in sigmas of a point, 0.5 ... 100
   int max_iterations = 8;             ///< solver steps a frame, 1 ... 50

@@ -42,7 +42,7 @@ using FeatureSigmas = std::array<double, kFeatureKinds>;
 /// Weighs the features of every camera of the rig as having this noise; the paper's modes have one
 /// noise of their own for all (kPaperSigmasPerUnit).
 void set_feature_noise(FactorSettings& settings, const RigCalibration& rig,
-                     const FeatureSigmas& sigmas_px) noexcept;
+                       const FeatureSigmas& sigmas_px) noexcept;
 
 [[nodiscard]] FactorSettings make_factor_settings(const BackendConfig& config,
                                                   const RigCalibration& rig) noexcept;

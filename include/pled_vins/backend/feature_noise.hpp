@@ -5,8 +5,8 @@
 
 namespace pled {
 
-/// How exactly points and lines are tracked, measured from what the solves leave over. Ours: tracks of a
-/// sharp picture are ten times as exact as those of a blurred or compressed one, and scale and
+/// How exactly points and lines are tracked, measured from what the solves leave over. Ours: tracks
+/// of a sharp picture are ten times as exact as those of a blurred or compressed one, and scale and
 /// biases come out right only when vision and inertia are weighed as they deserve.
 class FeatureNoise {
  public:

@@ -18,8 +18,8 @@ enum class FusionMode : std::uint8_t {
 /// Tuning of the fusion of temporal and geometric reliability.
 struct FusionConfig {
   FusionMode mode = FusionMode::kPrior;
-  double alpha0 = 0.4;    ///< kPaper: base rate for points, 0 ... 1. Paper, section IV-A
-  double tau = 0.2;       ///< kPaper: decay with disagreement, 0.01 ... 10. Paper, section IV-A
+  double alpha0 = 0.4;     ///< kPaper: base rate for points, 0 ... 1. Paper, section IV-A
+  double tau = 0.2;        ///< kPaper: decay with disagreement, 0.01 ... 10. Paper, section IV-A
   double lambda_z = 16.0;  ///< kPrior: per observation, in the units of lambda_w, 0 ... 1000
 };
 

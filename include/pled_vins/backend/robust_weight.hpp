@@ -37,8 +37,8 @@ enum class RobustMode : std::uint8_t {
 struct RobustWeightConfig {
   RobustMode mode = RobustMode::kPerObservation;
   /// l_w, 0.01 ... 1000. A track of 1 sigma an axis has s = 2 and by itself gets l_w / (l_w + 2).
-  /// Chosen with lambda_m and lambda_z on simulated sequences (seeds 1 to 8 of the development set).
-  /// Paper and DynaVINS: 2 on VIODE; paper: 8 on DAVIS 240C, 2 on DSEC.
+  /// Chosen with lambda_m and lambda_z on simulated sequences (seeds 1 to 8 of the development
+  /// set). Paper and DynaVINS: 2 on VIODE; paper: 8 on DAVIS 240C, 2 on DSEC.
   double lambda_w = 4.0;
   /// l_m, 0 ... 1000. Paper: 0.2, 1 and 2; DynaVINS: 0.2.
   double lambda_m = 0.1;

@@ -44,8 +44,8 @@ struct Observation {
 
 /// How far a point or line is believed.
 struct Reliability {
-  double w = 1.0;         ///< multiplies its residuals; constant while marginalising
-  double previous = 1.0;  ///< w~ of the loss: w after the last frame
+  double w = 1.0;                    ///< multiplies its residuals; constant while marginalising
+  double previous = 1.0;             ///< w~ of the loss: w after the last frame
   double w_geometric = kNoEvidence;  ///< what geometry alone would make of w
   double temporal = kNoEvidence;     ///< what time tells, of the newest sighting
   double alpha_line = kNoEvidence;   ///< of the paper's fusion, lines only

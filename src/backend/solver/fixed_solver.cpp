@@ -86,8 +86,8 @@ double FixedSolver::finish_landmark(const LandmarkBlocks<N>& blocks,
   for (std::size_t i = 0; i < blocks.count; ++i)
     g.noalias() += blocks.W[i].transpose() * step_.segment<kPoseDim>(row_of(blocks.states[i]));
   if (equations_.extrinsic_row() >= 0)
-    g.noalias() += blocks.W_extrinsic.transpose() *
-                   step_.segment<kExtrinsicDim>(equations_.extrinsic_row());
+    g.noalias() +=
+        blocks.W_extrinsic.transpose() * step_.segment<kExtrinsicDim>(equations_.extrinsic_row());
   if (equations_.time_shift_row() >= 0)
     g += blocks.W_time_shift.transpose() * step_[equations_.time_shift_row()];
   step.noalias() = -h_inverse * g;
@@ -120,8 +120,8 @@ double FixedSolver::find_step(double damping) noexcept {
   // With (H + D) dx = -b the model falls by (-b dx + dx D dx) / 2.
   double promise = 0.0;
   for (int i = 0; i < equations_.dim(); ++i)
-    promise += 0.5 * step_[i] *
-               (damped(equations_.H()(i, i), damping) * step_[i] - equations_.b()[i]);
+    promise +=
+        0.5 * step_[i] * (damped(equations_.H()(i, i), damping) * step_[i] - equations_.b()[i]);
   for (std::size_t k = 0; k < num_points_; ++k)
     promise += finish_landmark(points_[k], point_inverse_[k], damping, point_step_[k]);
   for (std::size_t k = 0; k < num_lines_; ++k)

@@ -76,8 +76,7 @@ bool LineCost::Evaluate(double const* const* parameters, double* residuals,
   Eigen::Map<Eigen::Vector2d>{residuals} = r;
   if (!jacobians) return true;
   const WindowState& state = window.state(seen_->state);
-  if (settings.first_estimates && state.has_first)
-    frames.T_world_body = state.first.T_world_body();
+  if (settings.first_estimates && state.has_first) frames.T_world_body = state.first.T_world_body();
   LineJacobians J;
   J.with_extrinsic = settings.estimate_extrinsic;
   line_residual(frames, line, *seen_, shift_s, s, r, &J);

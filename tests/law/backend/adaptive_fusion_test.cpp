@@ -91,7 +91,8 @@ TEST_SUITE("backend.adaptive_fusion") {
     CHECK(paper_line_fusion(0.8, 0.2, 0.0) == 0.8);
     CHECK(paper_line_fusion(0.8, 0.2, 1.0) == 0.2);
     CHECK(paper_line_fusion(0.8, 0.2, 0.25) == doctest::Approx(0.65).epsilon(1e-12));
-    // A line that moves at 60 degrees to its normal, as its gradient tells: p_n = 1 / (1 + sqrt 3), r = 1 / 2.
+    // A line that moves at 60 degrees to its normal, as its gradient tells: p_n = 1 / (1 + sqrt 3),
+    // r = 1 / 2.
     const double alpha = 1.0 - 1.0 / (1.0 + std::numbers::sqrt3) * 0.5;
     CHECK(std::abs(alpha - 0.817) < 5e-4);
     CHECK(paper_line_fusion(1.0, 0.0, alpha) == doctest::Approx(1.0 - alpha).epsilon(1e-12));

@@ -37,9 +37,9 @@ TEST_SUITE("backend.feature_loss") {
         auto more = kSquares, less = kSquares;
         more[k] += kStep;
         less[k] -= kStep;
-        const double slope =
-            (feature_cost(settings, more, reliability) - feature_cost(settings, less, reliability)) /
-            kStep;  // of half the loss over two steps
+        const double slope = (feature_cost(settings, more, reliability) -
+                              feature_cost(settings, less, reliability)) /
+                             kStep;  // of half the loss over two steps
         CHECK(sight_weight(settings, kSquares[k], reliability.w) ==
               doctest::Approx(slope).epsilon(1e-6));
       }

@@ -100,8 +100,7 @@ TEST_SUITE("backend.line_book") {
 
   TEST_CASE("motion along a line tells nothing of it: it takes no part") {
     Wall wall;
-    for (std::size_t k = 0; k < Wall::kStates; ++k)
-      wall.window->state(k).x.p_wb.y() = 0.0;
+    for (std::size_t k = 0; k < Wall::kStates; ++k) wall.window->state(k).x.p_wb.y() = 0.0;
     wall.watch(7, {-1.0, 0.3, 4.0}, {1.0, 0.3, 4.0});
     CHECK(wall.book.prepare(*wall.window) == 0);
     CHECK_FALSE(wall.window->lines[0].has_line);

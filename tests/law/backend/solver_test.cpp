@@ -1,5 +1,3 @@
-#include "pled_vins/backend/solvers.hpp"
-
 #include <cmath>
 #include <limits>
 #include <memory>
@@ -8,6 +6,7 @@
 
 #include "pled_vins/backend/feature_loss.hpp"
 #include "pled_vins/backend/sights.hpp"
+#include "pled_vins/backend/solvers.hpp"
 #include "tests/support/flown_window.hpp"
 
 namespace pled {
@@ -31,8 +30,8 @@ SolveSummary solve_well(SolverKind kind, GaugedWindow& f) {
   const auto solver = make_solver(kind);
   SolveSummary summary;
   for (int round = 0; round < 4; ++round)
-    summary = solver->solve({*f.window, f.rig, f.settings},
-                            {.max_iterations = 50, .hold_weights = true});
+    summary =
+        solver->solve({*f.window, f.rig, f.settings}, {.max_iterations = 50, .hold_weights = true});
   return summary;
 }
 
@@ -147,9 +146,8 @@ TEST_SUITE("backend.solver") {
     f.window->landmarks[0].observations[1].xy[0] = std::numeric_limits<double>::quiet_NaN();
     f.window->landmarks[0].in_solver = true;
     const NavState before = f.window->newest().x;
-    const SolveSummary summary =
-        make_solver(SolverKind::kFixed)
-            ->solve({*f.window, f.rig, f.settings}, {.max_iterations = 8});
+    const SolveSummary summary = make_solver(SolverKind::kFixed)
+                                     ->solve({*f.window, f.rig, f.settings}, {.max_iterations = 8});
     CHECK(box_minus(f.window->newest().x, before).norm() == 0.0);
     CHECK_FALSE(summary.ok);
   }
@@ -157,9 +155,8 @@ TEST_SUITE("backend.solver") {
   TEST_CASE("an empty window is refused") {
     GaugedWindow f;
     f.window->clear();
-    const SolveSummary summary =
-        make_solver(SolverKind::kFixed)
-            ->solve({*f.window, f.rig, f.settings}, {.max_iterations = 8});
+    const SolveSummary summary = make_solver(SolverKind::kFixed)
+                                     ->solve({*f.window, f.rig, f.settings}, {.max_iterations = 8});
     CHECK_FALSE(summary.ok);
     CHECK(summary.iterations == 0);
   }
