@@ -14,6 +14,7 @@ pled_add_tests(test_backend TIMEOUT 1500
 
 pled_add_tests(test_backend_law LABEL law
   SOURCES law/backend/adaptive_fusion_test.cpp
+          law/backend/arrival_check_test.cpp
           law/backend/feature_loss_test.cpp
           law/backend/line_book_test.cpp
           law/backend/line_residual_test.cpp

@@ -5,6 +5,7 @@
 
 #include <Eigen/Cholesky>
 
+#include "src/backend/arrival_check.hpp"
 #include "src/backend/credible.hpp"
 
 namespace pled {
@@ -178,6 +179,7 @@ bool Backend::track(const FrameMeasurement& frame, const ImuHistory& imu,
   const std::size_t newest = window_.size() - 1;
   book_.observe(window_, frame, newest);
   line_book_.observe(window_, frame, newest);
+  if (!bridged) turn_away_movers(window_, rig_, settings_);
   note_standstill(frame);
   out.points_in_solver = static_cast<std::uint16_t>(book_.prepare(window_));
   out.lines_in_solver = static_cast<std::uint16_t>(line_book_.prepare(window_));
@@ -273,7 +275,8 @@ void Backend::write_weights(BackendOutput& out) noexcept {
     if (!landmark || weight.w == 0.0) return;  // those that are no inliers
     weight.observations = static_cast<std::uint16_t>(landmark->observations.size());
     weight.used = landmark->in_solver;
-    if (std::isnan(landmark->weight)) return;  // not weighed yet
+    if (landmark->strikes > 0) weight.w = 0.0;
+    if (std::isnan(landmark->weight) || landmark->strikes > 0) return;  // not weighed
     weight.w_geometric = landmark->reliability.w_geometric;
     weight.w = landmark->rejected ? 0.0 : landmark->reliability.w;
   };

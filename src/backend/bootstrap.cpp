@@ -25,9 +25,12 @@ constexpr Duration kConfirmWithin = Duration::from_ms(400);
 constexpr double kConfirmSpeed = 0.1;  ///< relative
 constexpr double kSlowest_mps = 0.3;
 constexpr double kConfirmTilt_rad = 0.03;
-// Who waits long puts up with less: the demand on the scale falls to one half.
-constexpr double kPatience_s = 2.0;
-constexpr double kPatienceEnds_s = 3.0;
+// What a short look tells of the scale is wrong by more than it claims, since errors that last have
+// had no time to show; and who waits long puts up with less. Ours, chosen on simulated traffic.
+constexpr double kFirstDemand = 0.8;  ///< of init_max_scale_sigma, until kFirstLook_s
+constexpr double kLastDemand = 2.0;   ///< from kPatienceEnds_s on
+constexpr double kFirstLook_s = 0.4;
+constexpr double kPatienceEnds_s = 2.4;
 
 }  // namespace
 
@@ -198,8 +201,9 @@ double Bootstrap::agreeing_share(const SlidingWindow& window) noexcept {
 
 double Bootstrap::accepted_scale_sigma() const noexcept {
   const double waited_s = (frames_.back().t - collecting_since_).seconds();
-  const double share = (waited_s - kPatience_s) / (kPatienceEnds_s - kPatience_s);
-  return config_.init_max_scale_sigma * (1.0 + std::clamp(share, 0.0, 1.0));
+  const double share = (waited_s - kFirstLook_s) / (kPatienceEnds_s - kFirstLook_s);
+  return config_.init_max_scale_sigma *
+         std::lerp(kFirstDemand, kLastDemand, std::clamp(share, 0.0, 1.0));
 }
 
 StartRefusal Bootstrap::attempt(const FrameMeasurement& frame, const ImuHistory& imu,

@@ -174,6 +174,7 @@ double LandmarkBook::judge(SlidingWindow& window) const noexcept {
     }
     const double m = static_cast<double>(l.observations.size());
     l.weight = weights / m;
+    l.depth_information_m2 = information;
     const double rho = l.inverse_depth_pm();
     const bool deep = rho > kMinInverseDepth && rho < kMaxInverseDepth;
     if ((behind || !deep) && rho * rho * information < kSureParallax * kSureParallax * m) {

@@ -225,7 +225,12 @@ NavState PointWorld::truth(Timestamp t) const {
 
 Eigen::Vector3d PointWorld::point(FeatureId id, Timestamp t) const {
   const Point& p = points_[id];
-  return p.p_w + p.v_w * (t.seconds() - p.born_s);
+  return place(p, t.seconds());
+}
+
+Eigen::Vector3d PointWorld::place(const Point& point, double t_s) const {
+  const double since_s = std::max(point.born_s, kFirstFrame_s + options_.moving_from_s);
+  return point.p_w + point.v_w * std::max(0.0, t_s - since_s);
 }
 
 double PointWorld::path_length_m() const {
@@ -250,7 +255,9 @@ void PointWorld::add_point(double t_s, const Pose& T_wc) {
       2 + static_cast<std::uint32_t>(uniform(0, std::max(1, options_.max_track_frames - 1)));
   point.moving = unit(random_) < options_.moving_share;
   const Eigen::Vector3d direction{gaussian(), gaussian(), gaussian()};
-  if (point.moving) point.v_w = options_.moving_speed_mps * direction.normalized();
+  if (point.moving)
+    point.v_w = options_.moving_speed_mps *
+                (options_.moving_together ? Eigen::Vector3d::UnitY() : direction.normalized());
   live_.push_back(static_cast<FeatureId>(points_.size()));
   points_.push_back(point);
 }
@@ -259,7 +266,7 @@ bool PointWorld::observe(FeatureId id, double t_s, const Pose& T_cw, PointMeasur
   const CameraCalibration& c = rig_.cameras[0];
   Point& point = points_[id];
   if (point.frames_left == 0) return false;
-  const Eigen::Vector3d p_c = T_cw * (point.p_w + point.v_w * (t_s - point.born_s));
+  const Eigen::Vector3d p_c = T_cw * place(point, t_s);
   if (!(p_c.z() > 0.1)) return false;
   const double u = c.fx_px * p_c.x() / p_c.z() + c.cx_px + options_.pixel_sigma * gaussian();
   const double v = c.fy_px * p_c.y() / p_c.z() + c.cy_px + options_.pixel_sigma * gaussian();

@@ -65,8 +65,10 @@ struct Landmark {
   bool has_depth = false;
   bool rejected = false;  ///< found to move or to be wrong; ignored until it ends
   bool in_solver = false;
-  double weight = kNoEvidence;  ///< mean Cauchy weight over its observations
-  std::uint16_t age = 0;        ///< frames since its first
+  double weight = kNoEvidence;        ///< mean Cauchy weight over its observations
+  double depth_information_m2 = 0.0;  ///< of the inverse depth, by its sightings when last judged
+  std::uint8_t strikes = 0;           ///< frames on end in which it came where it cannot have
+  std::uint16_t age = 0;              ///< frames since its first
   Reliability reliability;
 
   [[nodiscard]] double inverse_depth_pm() const noexcept { return bearing_depth[2]; }
@@ -87,6 +89,7 @@ struct LineLandmark {
   bool rejected = false;
   bool in_solver = false;
   double weight = kNoEvidence;  ///< mean Cauchy weight over its observations
+  std::uint8_t strikes = 0;     ///< as of a point
   std::uint16_t age = 0;        ///< frames since its first
   Reliability reliability;
 

@@ -58,7 +58,9 @@ struct PointWorldOptions {
   double max_depth_m = 8.0;
   double moving_share = 0.0;  ///< of points that move on their own
   double moving_speed_mps = 1.0;
-  bool exact_imu = false;  ///< no noise, no walk; the constant biases stay
+  double moving_from_s = 0.0;    ///< after the first frame: until then they stand
+  bool moving_together = false;  ///< as one body, along world y; otherwise each its own way
+  bool exact_imu = false;        ///< no noise, no walk; the constant biases stay
   ImuNoise imu{.accel_density = 0.002,
                .accel_walk = 0.003,
                .gyro_density = 0.00017,
@@ -103,6 +105,8 @@ class PointWorld {
     std::array<double, 2> last_xy{};
   };
 
+  /// Where it is, metres, world.
+  [[nodiscard]] Eigen::Vector3d place(const Point& point, double t_s) const;
   [[nodiscard]] double gaussian();
   [[nodiscard]] double uniform(double lo, double hi);
   [[nodiscard]] SmoothMotion::Sample motion_at(double t_s) const;

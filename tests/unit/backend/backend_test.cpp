@@ -178,6 +178,23 @@ TEST_SUITE("backend.backend") {
     }
   }
 
+  TEST_CASE("a body of three quarters of the points that drives off does not take the pose along") {
+    for (const std::uint64_t seed : {1U, 2U, 3U, 4U}) {
+      CAPTURE(seed);
+      PointWorldOptions options;
+      options.seed = seed;
+      options.duration_s = 6;
+      options.moving_share = 0.75;
+      options.moving_together = true;
+      options.moving_from_s = 3;
+      const PointWorld world(options);
+      SimulatedRun run(world, config_for(options));
+      const RunFigures figures = run_world(world, run);
+      CHECK(figures.rmse_m < 0.03);
+      CHECK(figures.resets == 0);
+    }
+  }
+
   TEST_CASE("points that move on their own are given less weight and do not carry the pose away") {
     PointWorldOptions options;
     options.duration_s = 5;
