@@ -12,7 +12,7 @@ pled_add_tests(test_events_law LABEL law
           law/events/arc_star_test.cpp
   DEPS pled::events)
 pled_add_tests(test_events_memory LABEL memory
-  SOURCES memory/events/events_test.cpp
+  SOURCES memory/events/events_test.cpp support/heap_counter.cpp
   DEPS pled::events)
 pled_add_tests(test_events_replay LABEL replay
   SOURCES replay/events/contrast_test.cpp

@@ -9,7 +9,7 @@ pled_add_tests(test_frontend
           law/frontend/patch_aligner_test.cpp
   DEPS pled::frontend)
 pled_add_tests(test_frontend_memory LABEL memory
-  SOURCES memory/frontend/frame_tracker_test.cpp
+  SOURCES memory/frontend/frame_tracker_test.cpp support/heap_counter.cpp
   DEPS pled::frontend)
 add_executable(bench_frontend bench/frontend_bench.cpp)
 target_include_directories(bench_frontend PRIVATE ${PROJECT_SOURCE_DIR}/tests)

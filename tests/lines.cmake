@@ -8,5 +8,5 @@ pled_add_tests(test_lines
           law/frontend/lines/segment_merge_test.cpp
   DEPS pled::lines)
 pled_add_tests(test_lines_memory LABEL memory
-  SOURCES memory/frontend/lines/line_tracker_test.cpp
+  SOURCES memory/frontend/lines/line_tracker_test.cpp support/heap_counter.cpp
   DEPS pled::lines)

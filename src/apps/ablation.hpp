@@ -10,7 +10,7 @@ namespace pled::apps {
 
 /// How a feature's weight is found.
 enum class WeightMethod : std::uint8_t {
-  kNone,     ///< every weight is 1
+  kNone,     ///< every weight is 1: the robust loss of each sighting alone
   kDefault,  ///< as the settings say
   kPaper,    ///< the paper's loss with its lambdas for VIODE, its temporal score, its fusion
   /// DynaVINS' loss with its lambdas for VIODE; as it knows no temporal weight, the paper's fusion

@@ -6,6 +6,7 @@
 #include <span>
 
 #include "pled_vins/backend/feature_loss.hpp"
+#include "src/backend/solver_choice.hpp"
 
 namespace pled {
 namespace {
@@ -127,31 +128,12 @@ void LandmarkBook::give_depth(SlidingWindow& window, Landmark& landmark,
 
 std::size_t LandmarkBook::prepare(SlidingWindow& window) const noexcept {
   const double scene_pm = median_inverse_depth(window);
-  const std::size_t newest = window.size() - 1;
-  struct Candidate {
-    std::size_t index;
-    std::size_t rank;
-  };
-  std::array<Candidate, kMaxLandmarks> candidates;
-  std::size_t n = 0;
-  for (std::size_t i = 0; i < window.landmarks.size(); ++i) {
-    Landmark& l = window.landmarks[i];
-    l.in_solver = false;
-    if (l.rejected) continue;  // its weight stays what it was found to be
-    l.weight = kNoEvidence;
-    if (l.observations.size() < min_observations_) continue;
-    if (!l.has_depth || l.weak_depth) give_depth(window, l, scene_pm);
-    if (!l.has_depth) continue;
-    const bool live = l.observations.back().state == newest;
-    candidates[n++] = {i, l.observations.size() + (live ? 100U : 0U)};
-  }
-  const std::size_t used = std::min(n, limits::kMaxPoints);
-  std::sort(candidates.begin(), candidates.begin() + static_cast<std::ptrdiff_t>(n),
-            [](const Candidate& a, const Candidate& b) {
-              return a.rank != b.rank ? a.rank > b.rank : a.index < b.index;
-            });
-  for (std::size_t k = 0; k < used; ++k) window.landmarks[candidates[k].index].in_solver = true;
-  return used;
+  return choose_for_solver<limits::kMaxPoints>(window.landmarks, window.size() - 1,
+                                               min_observations_, [&](Landmark& l) {
+                                                 if (!l.has_depth || l.weak_depth)
+                                                   give_depth(window, l, scene_pm);
+                                                 return l.has_depth;
+                                               });
 }
 
 double LandmarkBook::judge(SlidingWindow& window) const noexcept {

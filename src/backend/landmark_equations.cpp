@@ -24,40 +24,54 @@ void add_product(PriorMatrix& H, int row, int column, const Eigen::Matrix<double
   H.block<A, B>(row, column).noalias() += (w * J_a).transpose() * J_b;
 }
 
-/// Where refined calibration has its rows; -1: not refined.
-struct CalibrationRows {
+/// The equations of the states, and where refined calibration has its rows; -1: not refined.
+struct Equations {
+  PriorMatrix& H;
+  PriorVector& b;
   int extrinsic;
   int time_shift;
 };
 
-/// What one sighting says of calibration, by itself and together with the landmark.
+/// One sighting of a landmark with N numbers of its own.
 template <int N>
-void add_calibration(PriorMatrix& H, PriorVector& b, const CalibrationRows& rows,
-                     const Eigen::Matrix<double, 2, 6>& extrinsic,
-                     const Eigen::Matrix<double, 2, 1>& time_shift,
-                     const Eigen::Matrix<double, 2, N>& own, const Eigen::Vector2d& r, double w,
-                     LandmarkBlocks<N>& out) noexcept {
-  if (rows.extrinsic >= 0) {
-    add_product<6, 6>(H, rows.extrinsic, rows.extrinsic, extrinsic, extrinsic, w);
-    b.segment<6>(rows.extrinsic).noalias() += w * extrinsic.transpose() * r;
-    out.W_extrinsic.noalias() += w * extrinsic.transpose() * own;
+struct Sight {
+  const Eigen::Vector2d& r;
+  double w;
+  const Eigen::Matrix<double, 2, N>& own;
+  const Eigen::Vector2d& time_shift;
+  Eigen::Matrix<double, 2, 6> extrinsic = Eigen::Matrix<double, 2, 6>::Zero();
+  Eigen::Matrix<double, N, 2> weighted = w * own.transpose();
+};
+
+/// What a sighting says of the landmark, of calibration, and of the two together.
+template <int N>
+void add_own(const Equations& to, const Sight<N>& s, LandmarkBlocks<N>& out) noexcept {
+  out.h.noalias() += s.weighted * s.own;
+  out.g.noalias() += s.weighted * s.r;
+  if (to.extrinsic >= 0) {
+    add_product<6, 6>(to.H, to.extrinsic, to.extrinsic, s.extrinsic, s.extrinsic, s.w);
+    to.b.segment<6>(to.extrinsic).noalias() += s.w * s.extrinsic.transpose() * s.r;
+    out.W_extrinsic.noalias() += s.w * s.extrinsic.transpose() * s.own;
   }
-  if (rows.time_shift >= 0) {
-    add_product<1, 1>(H, rows.time_shift, rows.time_shift, time_shift, time_shift, w);
-    b[rows.time_shift] += w * time_shift.dot(r);
-    out.W_time_shift.noalias() += w * time_shift.transpose() * own;
+  if (to.time_shift >= 0) {
+    add_product<1, 1>(to.H, to.time_shift, to.time_shift, s.time_shift, s.time_shift, s.w);
+    to.b[to.time_shift] += s.w * s.time_shift.dot(s.r);
+    out.W_time_shift.noalias() += s.w * s.time_shift.transpose() * s.own;
   }
-  if (rows.extrinsic >= 0 && rows.time_shift >= 0)
-    add_product<6, 1>(H, rows.extrinsic, rows.time_shift, extrinsic, time_shift, w);
+  if (to.extrinsic >= 0 && to.time_shift >= 0)
+    add_product<6, 1>(to.H, to.extrinsic, to.time_shift, s.extrinsic, s.time_shift, s.w);
 }
 
-/// The same together with one pose.
-void add_pose_calibration(PriorMatrix& H, int row, const CalibrationRows& rows,
-                          const Eigen::Matrix<double, 2, 6>& pose,
-                          const Eigen::Matrix<double, 2, 6>& extrinsic,
-                          const Eigen::Matrix<double, 2, 1>& time_shift, double w) noexcept {
-  if (rows.extrinsic >= 0) add_product<6, 6>(H, row, rows.extrinsic, pose, extrinsic, w);
-  if (rows.time_shift >= 0) add_product<6, 1>(H, row, rows.time_shift, pose, time_shift, w);
+/// What it says of one pose, and of that together with calibration and landmark.
+template <int N>
+void add_pose(const Equations& to, const Sight<N>& s, int row,
+              const Eigen::Matrix<double, 2, 6>& pose,
+              Eigen::Matrix<double, kPoseDim, N>& W) noexcept {
+  add_product<6, 6>(to.H, row, row, pose, pose, s.w);
+  if (to.extrinsic >= 0) add_product<6, 6>(to.H, row, to.extrinsic, pose, s.extrinsic, s.w);
+  if (to.time_shift >= 0) add_product<6, 1>(to.H, row, to.time_shift, pose, s.time_shift, s.w);
+  to.b.segment<6>(row).noalias() += s.w * pose.transpose() * s.r;
+  W.noalias() += pose.transpose() * s.weighted.transpose();
 }
 
 }  // namespace
@@ -65,57 +79,39 @@ void add_pose_calibration(PriorMatrix& H, int row, const CalibrationRows& rows,
 void NormalEquations::add_sights(const Landmark& landmark, const RigCalibration& rig,
                                  const FactorSettings& settings, const PointSights& sights,
                                  PointBlocks& out) noexcept {
-  const CalibrationRows rows{extrinsic_row_, time_shift_row_};
+  const Equations to{H_, b_, extrinsic_row_, time_shift_row_};
   const auto& seen = landmark.observations;
   out.clear();
   const int a = row_of(seen[0].state);
   (void)out.block_of(seen[0].state);
   for (std::size_t k = 0; k < sights.count; ++k) {
     const PointJacobians& J = sights.J[k];
-    const Eigen::Vector2d& r = sights.r[k];
     const double w = sight_weight(settings, sights.squares[k], landmark.reliability.w);
-    const Eigen::Matrix<double, kPointDim, 2> Jw = w * J.point.transpose();
-    out.h.noalias() += Jw * J.point;
-    out.g.noalias() += Jw * r;
-    Eigen::Matrix<double, 2, 6> extrinsic = Eigen::Matrix<double, 2, 6>::Zero();
-    if (rows.extrinsic >= 0 && seen[0].camera == rig.frame_camera) extrinsic += J.extrinsic_i;
-    if (rows.extrinsic >= 0 && seen[k].camera == rig.frame_camera) extrinsic += J.extrinsic_j;
-    add_calibration<kPointDim>(H_, b_, rows, extrinsic, J.time_shift, J.point, r, w, out);
+    Sight<kPointDim> sight{sights.r[k], w, J.point, J.time_shift};
+    if (to.extrinsic >= 0 && seen[0].camera == rig.frame_camera) sight.extrinsic += J.extrinsic_i;
+    if (to.extrinsic >= 0 && seen[k].camera == rig.frame_camera) sight.extrinsic += J.extrinsic_j;
+    add_own(to, sight, out);
     if (k == 0) continue;  // the anchor's own sighting depends on no pose
     const int c = row_of(seen[k].state);
-    add_product<6, 6>(H_, a, a, J.pose_i, J.pose_i, w);
+    add_pose(to, sight, a, J.pose_i, out.W[0]);
+    add_pose(to, sight, c, J.pose_j, out.W[out.block_of(seen[k].state)]);
     add_product<6, 6>(H_, a, c, J.pose_i, J.pose_j, w);
-    add_product<6, 6>(H_, c, c, J.pose_j, J.pose_j, w);
-    add_pose_calibration(H_, a, rows, J.pose_i, extrinsic, J.time_shift, w);
-    add_pose_calibration(H_, c, rows, J.pose_j, extrinsic, J.time_shift, w);
-    b_.segment<6>(a).noalias() += w * J.pose_i.transpose() * r;
-    b_.segment<6>(c).noalias() += w * J.pose_j.transpose() * r;
-    out.W[0].noalias() += J.pose_i.transpose() * Jw.transpose();
-    out.W[out.block_of(seen[k].state)].noalias() += J.pose_j.transpose() * Jw.transpose();
   }
 }
 
 void NormalEquations::add_sights(const LineLandmark& line, const RigCalibration& rig,
                                  const FactorSettings& settings, const LineSights& sights,
                                  LineBlocks& out) noexcept {
-  const CalibrationRows rows{extrinsic_row_, time_shift_row_};
+  const Equations to{H_, b_, extrinsic_row_, time_shift_row_};
   const auto& seen = line.observations;
   out.clear();
   for (std::size_t k = 0; k < sights.count; ++k) {
     const LineJacobians& J = sights.J[k];
-    const Eigen::Vector2d& r = sights.r[k];
     const double w = sight_weight(settings, sights.squares[k], line.reliability.w);
-    const Eigen::Matrix<double, kLineDim, 2> Jw = w * J.line.transpose();
-    out.h.noalias() += Jw * J.line;
-    out.g.noalias() += Jw * r;
-    Eigen::Matrix<double, 2, 6> extrinsic = Eigen::Matrix<double, 2, 6>::Zero();
-    if (rows.extrinsic >= 0 && seen[k].camera == rig.frame_camera) extrinsic = J.extrinsic;
-    add_calibration<kLineDim>(H_, b_, rows, extrinsic, J.time_shift, J.line, r, w, out);
-    const int c = row_of(seen[k].state);
-    add_product<6, 6>(H_, c, c, J.pose, J.pose, w);
-    add_pose_calibration(H_, c, rows, J.pose, extrinsic, J.time_shift, w);
-    b_.segment<6>(c).noalias() += w * J.pose.transpose() * r;
-    out.W[out.block_of(seen[k].state)].noalias() += J.pose.transpose() * Jw.transpose();
+    Sight<kLineDim> sight{sights.r[k], w, J.line, J.time_shift};
+    if (to.extrinsic >= 0 && seen[k].camera == rig.frame_camera) sight.extrinsic = J.extrinsic;
+    add_own(to, sight, out);
+    add_pose(to, sight, row_of(seen[k].state), J.pose, out.W[out.block_of(seen[k].state)]);
   }
 }
 

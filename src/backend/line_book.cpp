@@ -8,6 +8,7 @@
 #include "pled_vins/backend/feature_loss.hpp"
 #include "pled_vins/backend/sights.hpp"
 #include "pled_vins/geometry/line_triangulation.hpp"
+#include "src/backend/solver_choice.hpp"
 
 namespace pled {
 namespace {
@@ -83,31 +84,11 @@ void LineBook::triangulate(SlidingWindow& window, LineLandmark& line) const noex
 }
 
 std::size_t LineBook::prepare(SlidingWindow& window) const noexcept {
-  const std::size_t newest = window.size() - 1;
-  struct Candidate {
-    std::size_t index;
-    std::size_t rank;
-  };
-  std::array<Candidate, kMaxLineLandmarks> candidates;
-  std::size_t n = 0;
-  for (std::size_t i = 0; i < window.lines.size(); ++i) {
-    LineLandmark& line = window.lines[i];
-    line.in_solver = false;
-    if (line.rejected) continue;  // its weight stays what it was found to be
-    line.weight = kNoEvidence;
-    if (line.observations.size() < min_observations_) continue;
-    if (!line.has_line) triangulate(window, line);
-    if (!line.has_line) continue;
-    const bool live = line.observations.back().state == newest;
-    candidates[n++] = {i, line.observations.size() + (live ? 100U : 0U)};
-  }
-  const std::size_t used = std::min(n, limits::kMaxLines);
-  std::sort(candidates.begin(), candidates.begin() + static_cast<std::ptrdiff_t>(n),
-            [](const Candidate& a, const Candidate& b) {
-              return a.rank != b.rank ? a.rank > b.rank : a.index < b.index;
-            });
-  for (std::size_t k = 0; k < used; ++k) window.lines[candidates[k].index].in_solver = true;
-  return used;
+  return choose_for_solver<limits::kMaxLines>(window.lines, window.size() - 1, min_observations_,
+                                              [&](LineLandmark& line) {
+                                                if (!line.has_line) triangulate(window, line);
+                                                return line.has_line;
+                                              });
 }
 
 void LineBook::judge(SlidingWindow& window) const noexcept {

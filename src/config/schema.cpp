@@ -182,7 +182,7 @@ constexpr std::array kSchema{
               PLED_FIELD(backend.init_max_scale_sigma)},
 
     ConfigKey{"robust.mode", "", 0, 0,
-              "how a feature's weight follows from its errors; none: every weight is 1",
+              "how a feature's weight follows from its errors; none: always 1",
               PLED_FIELD(backend.robust.mode)},
     ConfigKey{
         "robust.lambda_w", "", 0.01, 1000,

@@ -93,7 +93,7 @@ bool LineStage::one_edge(const LineMeasurement& a, const LineMeasurement& b) con
   const Segment second = segment_of(b, event_flat_);
   const BesideSegment at = beside(first, second);
   // Which side is the bright one may differ: events show what has changed, frames what is there.
-  const double turn = std::abs(at.angle_rad);
+  const double turn = std::abs(at.angle_rad());
   if (!(std::min(turn, std::numbers::pi - turn) <= kDoubleAngle_rad)) return false;
   if (!(at.common_px >= kDoubleShare * std::min(first.length_px(), second.length_px())))
     return false;

@@ -15,7 +15,11 @@ namespace pled {
 /// The loss rho(w) of a feature whose observations have squared residuals s_i = |r_i|^2, with
 /// w~ the weight it had before and n_j a count that makes a long-known weight slow:
 enum class RobustMode : std::uint8_t {
-  /// w^2 sum_i s_i with w held at 1: every feature is believed. To compare with.
+  /// w^2 sum_i s_i with w held at 1: the estimator without weights, to compare with. As in those of
+  /// the VINS family that the weights of paper and DynaVINS are to improve on, s_i are robust
+  /// losses
+  /// of the sightings (Cauchy's, see sight_loss()), and features that do not fit are set aside.
+  /// A backend.robust_scale of 100 makes that plain least squares.
   kNone,
   /// sum_i [ w^2 s_i + l_w (1 - w)^2 + l_m n_j^2 (w~ - w)^2 + l_z (z - w)^2 ],
   /// n_j = min(observations, 10). Ours: the loss of the paper with its lambdas per observation, and

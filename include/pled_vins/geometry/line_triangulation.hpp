@@ -27,7 +27,8 @@ struct LineTriangulationRules {
   /// Least angle between two of the planes through line and camera, at the line. > 0
   double min_angle_rad = 1e-3;
   /// Least distance of a camera from the plane that the longest segment spans with its own camera,
-  /// in standard deviations: less is a motion along the line as far as can be told. > 0
+  /// in standard deviations: less is a motion along the line as far as can be told, and the ends'
+  /// noise then feigns a line whose depths seem well known. > 0
   double min_baseline_sigmas = 4.0;
   /// Most uncertainty of the inverse depth of either end, in parts of the nearer end's. > 0
   double max_depth_sigma = 0.3;

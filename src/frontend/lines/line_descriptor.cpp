@@ -36,25 +36,56 @@ double gauss(double offset, double sigma) noexcept {
   return std::exp(-offset * offset / (2.0 * sigma * sigma));
 }
 
-int nearest(double px, int size) noexcept {
-  return static_cast<int>(std::clamp(px, 0.0, static_cast<double>(size - 1)) + 0.5);
+/// What rows count: over all of them, and within a band and its two neighbours.
+struct RowWeights {
+  std::array<double, kRows> global{};
+  std::array<double, 3 * kBandRows> local{};
+
+  RowWeights() noexcept {
+    for (std::size_t k = 0; k < global.size(); ++k)
+      global[k] = gauss(static_cast<double>(k) - kMiddleRow, kGlobalSigma);
+    for (std::size_t j = 0; j < local.size(); ++j)
+      local[j] = gauss(static_cast<double>(j) - kLocalMiddle, kLocalSigma);
+  }
+};
+const RowWeights kWeights;
+
+bool inside(const ImageView<const GradientPixel>& image, const Eigen::Vector2d& px) noexcept {
+  return px.x() >= 0.0 && px.y() >= 0.0 && px.x() <= image.width - 1 && px.y() <= image.height - 1;
 }
 
+/// Two pixels at a time, one in each lane.
+/// @param kClamp  whether pixels may lie outside the picture
+template <bool kClamp>
 RowSums sum_row(const ImageView<const GradientPixel>& gradient, const Eigen::Vector2d& first,
                 const Eigen::Vector2d& step, int count, const Eigen::Vector2d& along) noexcept {
-  RowSums sums{};
-  for (int i = 0; i < count; ++i) {
-    const int x = nearest(first.x() + i * step.x(), gradient.width);
-    const int y = nearest(first.y() + i * step.y(), gradient.height);
-    const GradientPixel g = gradient.at(y, x);
-    const double a = g.x * along.x() + g.y * along.y();
-    const double c = g.y * along.x() - g.x * along.y();  // across is (-along_y, along_x)
-    sums[0] += std::max(a, 0.0);
-    sums[1] += std::max(-a, 0.0);
-    sums[2] += std::max(c, 0.0);
-    sums[3] += std::max(-c, 0.0);
+  using Lanes = Eigen::Array2d;
+  const auto pixel = [&](double x, double y) -> const GradientPixel& {
+    return gradient.at(static_cast<int>(y), static_cast<int>(x));
+  };
+  Lanes along_rises = Lanes::Zero(), along_falls = Lanes::Zero();
+  Lanes across_rises = Lanes::Zero(), across_falls = Lanes::Zero();
+  Lanes place(0.0, 1.0);
+  for (int i = 0; i < count; i += 2, place += 2.0) {
+    Lanes x = first.x() + place * step.x();
+    Lanes y = first.y() + place * step.y();
+    if constexpr (kClamp) {
+      x = x.max(0.0).min(static_cast<double>(gradient.width - 1));
+      y = y.max(0.0).min(static_cast<double>(gradient.height - 1));
+    }
+    x += 0.5;
+    y += 0.5;
+    const GradientPixel a = pixel(x[0], y[0]);
+    const GradientPixel b = i + 1 < count ? pixel(x[1], y[1]) : GradientPixel{};
+    const Lanes gx(a.x, b.x), gy(a.y, b.y);
+    const Lanes by_along = gx * along.x() + gy * along.y();
+    const Lanes by_across = gy * along.x() - gx * along.y();  // across is (-along_y, along_x)
+    along_rises += by_along.max(0.0);
+    along_falls -= by_along.min(0.0);
+    across_rises += by_across.max(0.0);
+    across_falls -= by_across.min(0.0);
   }
-  return sums;
+  return {along_rises.sum(), along_falls.sum(), across_rises.sum(), across_falls.sum()};
 }
 
 void add_row(const RowSums& row, double weight, BandSums& band) noexcept {
@@ -110,18 +141,18 @@ LineBands line_bands(ImageView<const GradientPixel> gradient, const Eigen::Vecto
   std::array<BandSums, kLineBands> sums{};
   for (std::size_t k = 0; k < kRows; ++k) {
     const double offset = static_cast<double>(k) - kMiddleRow;
-    RowSums row = sum_row(gradient, middle_start + offset * across, step, count, along);
-    for (double& v : row) v *= gauss(offset, kGlobalSigma);
+    const Eigen::Vector2d first = middle_start + offset * across;
+    const bool whole = inside(gradient, first) && inside(gradient, first + (count - 1) * step);
+    RowSums row = whole ? sum_row<false>(gradient, first, step, count, along)
+                        : sum_row<true>(gradient, first, step, count, along);
+    for (double& v : row) v *= kWeights.global[k];
     // Row m of a band is row m + 7 of that band with its neighbours, m + 14 of the band before,
     // m of the band after.
     const std::size_t band = k / kBandRows;
     const std::size_t m = k % kBandRows;
-    const auto weight = [](std::size_t j) {
-      return gauss(static_cast<double>(j) - kLocalMiddle, kLocalSigma);
-    };
-    add_row(row, weight(m + kBandRows), sums[band]);
-    if (band > 0) add_row(row, weight(m + 2 * kBandRows), sums[band - 1]);
-    if (band + 1 < kLineBands) add_row(row, weight(m), sums[band + 1]);
+    add_row(row, kWeights.local[m + kBandRows], sums[band]);
+    if (band > 0) add_row(row, kWeights.local[m + 2 * kBandRows], sums[band - 1]);
+    if (band + 1 < kLineBands) add_row(row, kWeights.local[m], sums[band + 1]);
   }
   LineBands bands = means_and_deviations(sums);
   normalise(bands, 0, 4);

@@ -40,6 +40,13 @@ Taps taps_of(int index) noexcept {
   return taps;
 }
 
+/// @param from  kTaps values
+std::uint8_t weighted(const Taps& taps, const float* from) noexcept {
+  float sum = 0.5F;  // truncation then rounds
+  for (std::size_t k = 0; k < kTaps; ++k) sum += taps.weight[k] * from[k];
+  return static_cast<std::uint8_t>(sum);
+}
+
 std::uint8_t median(std::uint8_t a, std::uint8_t b, std::uint8_t c) noexcept {
   return std::max(std::min(a, b), std::min(std::max(a, b), c));
 }
@@ -97,11 +104,16 @@ void shrink(ImageView<const std::uint8_t> in, std::span<float> row,
     for (int x = 0; x < out.width; ++x) {
       const Taps& across = phases[static_cast<std::size_t>(x % kPhases)];
       const int left = across.first + x / kPhases * kPeriod;
-      float sum = 0.5F;  // truncation then rounds
-      for (int k = 0; k < kTaps; ++k)
-        sum += across.weight[static_cast<std::size_t>(k)] *
-               row[static_cast<std::size_t>(std::clamp(left + k, 0, in.width - 1))];
-      to[x] = static_cast<std::uint8_t>(sum);
+      std::array<float, kTaps> at_border;
+      const float* from = at_border.data();
+      if (left >= 0 && left + kTaps <= in.width) {
+        from = row.data() + left;
+      } else {
+        for (int k = 0; k < kTaps; ++k)
+          at_border[static_cast<std::size_t>(k)] =
+              row[static_cast<std::size_t>(std::clamp(left + k, 0, in.width - 1))];
+      }
+      to[x] = weighted(across, from);
     }
   }
 }
@@ -112,14 +124,16 @@ void sobel(ImageView<const std::uint8_t> in, ImageView<GradientPixel> out) noexc
     const std::uint8_t* above = in.row(std::max(y - 1, 0));
     const std::uint8_t* here = in.row(y);
     const std::uint8_t* below = in.row(std::min(y + 1, in.height - 1));
-    GradientPixel* to = out.row(y);
-    for (int x = 0; x < in.width; ++x) {
-      const int l = std::max(x - 1, 0);
-      const int r = std::min(x + 1, in.width - 1);
+    const auto gradient = [&](int l, int x, int r) {
       const int gx = above[r] - above[l] + 2 * (here[r] - here[l]) + below[r] - below[l];
       const int gy = below[l] - above[l] + 2 * (below[x] - above[x]) + below[r] - above[r];
-      to[x] = {static_cast<std::int16_t>(gx), static_cast<std::int16_t>(gy)};
-    }
+      return GradientPixel{static_cast<std::int16_t>(gx), static_cast<std::int16_t>(gy)};
+    };
+    GradientPixel* to = out.row(y);
+    const int last = in.width - 1;
+    to[0] = gradient(0, 0, std::min(1, last));
+    for (int x = 1; x < last; ++x) to[x] = gradient(x - 1, x, x + 1);
+    to[last] = gradient(std::max(last - 1, 0), last, last);
   }
 }
 

@@ -32,11 +32,12 @@ struct Table {
 
 float apart_px(const ExpectedLine& expected, const DetectedLine& seen, double search_px) noexcept {
   if (expected.segment.active_is_bright != seen.segment.active_is_bright) return kNever;
+  if (!may_run_alike(expected.segment, seen.segment, kMaxTurn_rad)) return kNever;
   const BesideSegment at = beside(expected.segment, seen.segment);
-  if (!(std::abs(at.angle_rad) <= kMaxTurn_rad)) return kNever;
   const double shorter = std::min(expected.segment.length_px(), seen.segment.length_px());
   if (!(at.common_px >= kMinCommonShare * shorter)) return kNever;
   if (!(at.farthest_px <= search_px)) return kNever;
+  if (!(std::abs(at.angle_rad()) <= kMaxTurn_rad)) return kNever;
   return static_cast<float>(at.farthest_px);
 }
 
@@ -75,6 +76,7 @@ void match_lines(std::span<const ExpectedLine> expected, std::span<const Detecte
   for (std::size_t i = 0; i < expected.size(); ++i)
     for (std::size_t k = 0; k < seen.size(); ++k) {
       table.apart_px[i][k] = apart_px(expected[i], seen[k], search_px);
+      if (table.apart_px[i][k] == kNever) continue;  // nobody asks
       table.bits[i][k] =
           static_cast<std::int16_t>(distance(expected[i].descriptor, seen[k].descriptor));
     }

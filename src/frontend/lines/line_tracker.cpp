@@ -30,7 +30,7 @@ constexpr double kMinAlike = 0.5;
 
 /// Written so that NaN counts.
 bool has_jumped(const BesideSegment& at) noexcept {
-  return !(std::abs(at.offset_px) <= kJump_px && std::abs(at.angle_rad) <= kJump_rad);
+  return !(std::abs(at.offset_px) <= kJump_px && std::abs(at.angle_rad()) <= kJump_rad);
 }
 
 using Ends = std::array<std::array<double, 2>, 2>;

@@ -36,7 +36,7 @@ Eigen::Vector2d Segment::direction() const noexcept {
 
 BesideSegment beside(const Segment& a, const Segment& other) noexcept {
   const Eigen::Vector2d d = a.direction();
-  const Eigen::Vector2d n = a.normal();
+  const Eigen::Vector2d n(d.y(), -d.x());
   const Eigen::Vector2d from = other.start() - a.start();
   const Eigen::Vector2d to = other.end() - a.start();
   const double s0 = from.dot(d);
@@ -44,7 +44,8 @@ BesideSegment beside(const Segment& a, const Segment& other) noexcept {
   BesideSegment out;
   out.ends_e_px = {from.dot(n), to.dot(n)};
   const Eigen::Vector2d along = other.direction();
-  out.angle_rad = std::atan2(d.x() * along.y() - d.y() * along.x(), d.dot(along));
+  out.cosine = d.dot(along);
+  out.sine = d.x() * along.y() - d.y() * along.x();
   const double low = std::max(0.0, std::min(s0, s1));
   const double high = std::min(a.length_px(), std::max(s0, s1));
   out.common_px = high - low;

@@ -31,10 +31,10 @@ bool is_longer(const Segment& a, const Segment& b) noexcept {
 bool belong_together(const Segment& longer, const Segment& shorter) noexcept {
   if (longer.active_is_bright != shorter.active_is_bright) return false;
   const BesideSegment at = beside(longer, shorter);
-  if (!(std::abs(at.angle_rad) <= kMergeAngle_rad)) return false;
   if (!(at.common_px >= -kMergeGap_px)) return false;
   if (!(std::max(std::abs(at.ends_e_px[0]), std::abs(at.ends_e_px[1])) <= kMergeOffset_px))
     return false;
+  if (!(std::abs(at.angle_rad()) <= kMergeAngle_rad)) return false;
   // The other way round by the nearer end alone: a short piece says little of what is far off.
   const BesideSegment back = beside(shorter, longer);
   return std::min(std::abs(back.ends_e_px[0]), std::abs(back.ends_e_px[1])) <= kMergeOffset_px;
@@ -75,6 +75,10 @@ Segment joint(const Segment& a, const Segment& b) noexcept {
 /// Joins to segment i whatever belongs to it, until nothing more does.
 void absorb_into(std::size_t i, Segments& segments) noexcept {
   for (std::size_t k = i + 1; k < segments.size();) {
+    if (!may_run_alike(segments[i], segments[k], kMergeAngle_rad)) {
+      ++k;
+      continue;
+    }
     const bool swap = segments[k].length_px() > segments[i].length_px();
     const Segment& longer = segments[swap ? k : i];
     const Segment& shorter = segments[swap ? i : k];
@@ -93,12 +97,12 @@ bool face_each_other(const Segment& a, const Segment& b, double trail_px,
                      double& apart_px) noexcept {
   if (a.active_is_bright != b.active_is_bright) return false;
   const BesideSegment at = beside(a, b);
-  if (!(std::abs(at.angle_rad) >= std::numbers::pi - kFacingAngle_rad)) return false;
   const double shorter = std::min(a.length_px(), b.length_px());
   if (!(at.common_px >= kFacingShare * shorter)) return false;
   // As they run against each other, being on a's active side is being on b's too.
   apart_px = a.active_is_bright ? at.offset_px : -at.offset_px;
-  return apart_px > 0.0 && apart_px <= trail_px;
+  if (!(apart_px > 0.0 && apart_px <= trail_px)) return false;
+  return std::abs(at.angle_rad()) >= std::numbers::pi - kFacingAngle_rad;
 }
 
 }  // namespace

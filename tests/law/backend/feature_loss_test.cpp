@@ -60,6 +60,39 @@ TEST_SUITE("backend.feature_loss") {
     }
   }
 
+  TEST_CASE("without weights the robust loss of each sighting is left, and of it least squares") {
+    BackendConfig config;
+    config.robust.mode = RobustMode::kNone;
+    RigCalibration rig;
+    rig.num_cameras = 1;
+    for (const double c : {2.0, 100.0}) {
+      CAPTURE(c);
+      config.robust_scale = c;
+      const FactorSettings settings = make_factor_settings(config, rig);
+      Reliability reliability;
+      reliability.previous = 0.2;  // weighs in with every other mode, as does
+      reliability.temporal = 0.0;  // what time tells
+      weigh(settings, kSquares, reliability);
+      conclude(settings, false, reliability);
+      CHECK(reliability.w == 1.0);
+      CHECK(reliability.w_geometric == 1.0);
+      double loss = 0.0;
+      for (const double s : kSquares) {
+        loss += c * c * std::log1p(s / (c * c));
+        CHECK(sight_weight(settings, s, reliability.w) ==
+              doctest::Approx(settings.sight_gain / (1.0 + s / (c * c))).epsilon(1e-12));
+      }
+      CHECK(feature_cost(settings, kSquares, reliability) ==
+            doctest::Approx(0.5 * settings.sight_gain * loss).epsilon(1e-12));
+      // Cauchy's loss with c = 2 takes most of a sighting's say at 6 sigmas; with 100, nothing.
+      const double say = sight_weight(settings, 40.0, 1.0) / sight_weight(settings, 0.0, 1.0);
+      CHECK(say == doctest::Approx(c < 10.0 ? 1.0 / 11.0 : 1.0).epsilon(0.01));
+      // Mistracks are set aside as with weights.
+      CHECK(agrees(settings, 0.3));
+      CHECK_FALSE(agrees(settings, 0.2));
+    }
+  }
+
   TEST_CASE("one wild sighting takes ours less weight than the paper's") {
     std::array<double, 8> squares{};
     squares.fill(1.0);

@@ -7,17 +7,17 @@
 
 #include <doctest/doctest.h>
 
-#include "pled_vins/geometry/so3.hpp"
+#include "support/reliability/random_scene.hpp"
 #include "support/reliability/watched_points.hpp"
 
 namespace pled {
 namespace {
 
+using support::kClearlyMoves_px;
 using support::one_camera_rig;
+using support::RandomScene;
 using support::Sighting;
 using support::WatchedPoints;
-
-constexpr double kClearlyMoves_px = 8.0;
 
 /// The least residual over all depths from 0.2 m to infinity, tried one after the other.
 double least_residual_px(const std::vector<Pose>& path, const std::vector<Eigen::Vector2d>& seen) {
@@ -44,31 +44,26 @@ double least_residual_px(const std::vector<Pose>& path, const std::vector<Eigen:
 TEST_SUITE("reliability.motion_cue.law") {
   TEST_CASE("no depth fits a track much better than the one that was found") {
     std::mt19937_64 random(3);
-    std::uniform_real_distribution<double> unit(-1.0, 1.0);
-    std::normal_distribution<double> noise(0.0, 0.2 / 200.0);
     int moving_seen = 0;
-    for (int scene = 0; scene < 12; ++scene) {
-      CAPTURE(scene);
+    for (int n = 0; n < 12; ++n) {
+      CAPTURE(n);
+      RandomScene scene(random);
       WatchedPoints watched(one_camera_rig());
-      const Eigen::Vector3d turn = 0.03 * Eigen::Vector3d(unit(random), unit(random), unit(random));
-      const Eigen::Vector3d step = 0.04 * Eigen::Vector3d(unit(random), unit(random), unit(random));
       std::vector<Pose> path;
       std::vector<Eigen::Vector3d> points, speeds;
       for (int i = 0; i < 25; ++i) {
-        const double z = std::exp(1.6 + 1.4 * unit(random));  // 1.2 ... 20 m
-        points.push_back(z * Eigen::Vector3d(0.4 * unit(random), 0.3 * unit(random), 1.0));
-        speeds.push_back(i % 3 == 0
-                             ? Eigen::Vector3d(0.01 * z * unit(random), 0.01 * z * unit(random), 0)
-                             : Eigen::Vector3d::Zero());
+        const double z_m = scene.depth_m(1.4);  // 1.2 ... 20 m
+        points.push_back(scene.place(z_m));
+        speeds.push_back(i % 3 == 0 ? scene.speed(z_m) : Eigen::Vector3d::Zero());
       }
       std::vector<std::vector<Eigen::Vector2d>> seen(points.size());
       std::span<const MotionEvidence> out;
       for (int k = 0; k <= static_cast<int>(limits::kCueFrames); ++k) {
-        path.push_back({so3::exp(k * turn), k * step});
+        path.push_back(scene.pose(k));
         std::vector<Sighting> sightings;
         for (std::size_t i = 0; i < points.size(); ++i) {
-          const Eigen::Vector2d at = watched.bearing(path.back(), points[i] + k * speeds[i]) +
-                                     Eigen::Vector2d(noise(random), noise(random));
+          const Eigen::Vector2d at =
+              watched.bearing(path.back(), points[i] + k * speeds[i]) + scene.noise();
           seen[i].push_back(at);
           sightings.push_back({static_cast<FeatureId>(i), at});
         }

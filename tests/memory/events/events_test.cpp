@@ -1,5 +1,4 @@
 #include <cstddef>
-#include <cstdlib>
 #include <memory>
 
 #include <doctest/doctest.h>
@@ -8,56 +7,13 @@
 #include "pled_vins/events/time_surface.hpp"
 #include "support/events/edge_stream.hpp"
 #include "support/events/surface_fixture.hpp"
-
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-#define PLED_COUNTS_ALLOCATIONS 0
-#else
-#define PLED_COUNTS_ALLOCATIONS 1
-#endif
-
-namespace {
-std::size_t allocations = 0;
-}
-
-#if PLED_COUNTS_ALLOCATIONS
-// Every way to the heap goes through these in glibc, operator new included.
-extern "C" {
-void* __libc_malloc(std::size_t size);
-void* __libc_calloc(std::size_t count, std::size_t size);
-void* __libc_realloc(void* old, std::size_t size);
-void* __libc_memalign(std::size_t alignment, std::size_t size);
-
-void* malloc(std::size_t size) {
-  ++allocations;
-  return __libc_malloc(size);
-}
-void* calloc(std::size_t count, std::size_t size) {
-  ++allocations;
-  return __libc_calloc(count, size);
-}
-void* realloc(void* old, std::size_t size) {
-  ++allocations;
-  return __libc_realloc(old, size);
-}
-void* aligned_alloc(std::size_t alignment, std::size_t size) {
-  ++allocations;
-  return __libc_memalign(alignment, size);
-}
-}
-#endif
+#include "support/heap_counter.hpp"
 
 namespace pled {
 
 TEST_SUITE("events.memory") {
   TEST_CASE("no stage goes to the heap") {
-    if (PLED_COUNTS_ALLOCATIONS == 0) {
-      MESSAGE("skipped: the sanitizer owns the heap");
-      return;
-    }
-    const std::size_t start = allocations;
-    std::free(std::malloc(1));
-    REQUIRE(allocations > start);  // the hook works
-
+    if (!support::heap_is_counted()) return;
     CameraCalibration calibration;
     calibration.width_px = 240;
     calibration.height_px = 180;
@@ -78,7 +34,7 @@ TEST_SUITE("events.memory") {
     FixedVector<EventCorner, limits::kMaxPoints> corners;
     const ImageView<std::uint8_t> picture{grey.data(), 240, 180, 240};
 
-    const std::size_t before = allocations;
+    const std::size_t before = support::allocations();
     UndistortionTable table;
     REQUIRE(table.build(Camera(calibration), bearings));
     EventWarp warp;
@@ -97,7 +53,7 @@ TEST_SUITE("events.memory") {
                                   scratch, picture));
     REQUIRE(time_surface.render(owned.surface, t_ref, SurfaceTone::kUnsigned, picture));
     arc_star->detect(owned.surface, t_ref, {}, limits::kMaxPoints, corners);
-    CHECK(allocations == before);
+    CHECK(support::allocations() == before);
     CHECK(corners.size() > 20);
   }
 }

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <cmath>
 #include <cstdint>
 #include <optional>
 
@@ -69,12 +70,28 @@ using Segments = FixedVector<Segment, limits::kMaxSegments>;
 /// How one segment lies beside another, `a`, in whose frame all of it is told: s along a from its
 /// start, e along a.normal().
 struct BesideSegment {
-  double angle_rad = 0.0;    ///< from a's direction, in (-pi, pi]
+  double cosine = 1.0;  ///< of the angle from a's direction to the other's
+  double sine = 0.0;
   double common_px = 0.0;    ///< length of a that both cover; below 0: the gap between them
   double offset_px = 0.0;    ///< mean e over the common part, or in the middle of the gap
   double farthest_px = 0.0;  ///< largest |e| at the ends of the common part
   std::array<double, 2> ends_e_px{};  ///< e of the other's start and end
+
+  /// From a's direction, in (-pi, pi]. The one costly figure: asked for last.
+  [[nodiscard]] double angle_rad() const noexcept { return std::atan2(sine, cosine); }
 };
 [[nodiscard]] BesideSegment beside(const Segment& a, const Segment& other) noexcept;
+
+/// False only when the angle from a's direction to the other's is above `angle_rad`, which is at
+/// most 0.5: told without a square root, for the many pairs that have nothing to do with each
+/// other.
+[[nodiscard]] inline bool may_run_alike(const Segment& a, const Segment& other,
+                                        double angle_rad) noexcept {
+  const Eigen::Vector2d u = a.end() - a.start();
+  const Eigen::Vector2d v = other.end() - other.start();
+  // tan(x) <= x + x^3 / 2 there; zero vectors and NaN pass.
+  const double tangent = angle_rad * (1.0 + 0.5 * angle_rad * angle_rad);
+  return !(std::abs(u.x() * v.y() - u.y() * v.x()) > tangent * u.dot(v));
+}
 
 }  // namespace pled

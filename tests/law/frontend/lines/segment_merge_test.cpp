@@ -39,10 +39,43 @@ TEST_SUITE("frontend.segment_merge") {
     CHECK(at.ends_e_px[1] == doctest::Approx(6.0));
     CHECK(at.farthest_px == doctest::Approx(4.5));  // at x = 60
     CHECK(at.offset_px == doctest::Approx(3.75));   // at x = 45
-    CHECK(at.angle_rad == doctest::Approx(-std::atan(0.05)));
+    CHECK(at.angle_rad() == doctest::Approx(-std::atan(0.05)));
     CHECK(beside(a, segment_of(75, 20, 90, 20)).common_px == doctest::Approx(-15.0));
-    CHECK(std::abs(beside(a, segment_of(60, 20, 10, 20)).angle_rad) ==
+    CHECK(std::abs(beside(a, segment_of(60, 20, 10, 20)).angle_rad()) ==
           doctest::Approx(std::numbers::pi));
+  }
+
+  TEST_CASE("two that surely do not run alike are told from their angle, and no others") {
+    std::mt19937_64 random(11);
+    int told = 0;
+    int alike = 0;
+    for (int run = 0; run < 20'000; ++run) {
+      CAPTURE(run);
+      const auto place = [&] { return 100.0 * support::uniform(random); };
+      Segment a = segment_of(place(), place(), place(), place());
+      Segment b = segment_of(place(), place(), place(), place());
+      // Every second one within 20 degrees of the first.
+      const double turn = 0.7 * (support::uniform(random) - 0.5);
+      const Eigen::Vector2d d = a.direction();
+      if (run % 2 == 0)
+        b.set(b.start(),
+              b.start() + 30.0 * Eigen::Vector2d(d.x() * std::cos(turn) - d.y() * std::sin(turn),
+                                                 d.x() * std::sin(turn) + d.y() * std::cos(turn)));
+      const double limit_rad = 0.5 * support::uniform(random);
+      const double angle_rad = std::abs(beside(a, b).angle_rad());
+      if (angle_rad <= limit_rad) {
+        CHECK(may_run_alike(a, b, limit_rad));
+        ++alike;
+      }
+      if (angle_rad > limit_rad + 0.2 * limit_rad * limit_rad * limit_rad + 1e-9) {
+        CHECK_FALSE(may_run_alike(a, b, limit_rad));
+        ++told;
+      }
+    }
+    CHECK(told > 10'000);
+    CHECK(alike > 4'000);
+    // What has no direction may run any way.
+    CHECK(may_run_alike(segment_of(1, 2, 1, 2), segment_of(0, 0, 0, 9), 0.05));
   }
 
   TEST_CASE("random cuts of one line are joined to it again") {

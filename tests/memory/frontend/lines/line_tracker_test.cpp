@@ -1,72 +1,15 @@
 #include "pled_vins/frontend/lines/line_tracker.hpp"
 
 #include <algorithm>
-#include <cerrno>
 #include <cmath>
 #include <cstddef>
-#include <cstdlib>
 #include <memory>
 #include <vector>
-
-#include <malloc.h>
 
 #include <doctest/doctest.h>
 
 #include "support/frontend/drawn_edges.hpp"
-
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-#define PLED_COUNTS_ALLOCATIONS 0
-#else
-#define PLED_COUNTS_ALLOCATIONS 1
-#endif
-
-namespace {
-std::size_t allocations = 0;
-std::size_t live_bytes = 0;
-std::size_t peak_bytes = 0;
-}  // namespace
-
-#if PLED_COUNTS_ALLOCATIONS
-namespace {
-void* counted(void* p) {
-  if (p == nullptr) return p;
-  ++allocations;
-  live_bytes += malloc_usable_size(p);
-  peak_bytes = std::max(peak_bytes, live_bytes);
-  return p;
-}
-}  // namespace
-
-// Every way to the heap goes through these in glibc, operator new and OpenCV's own included.
-extern "C" {
-void* __libc_malloc(std::size_t size);
-void* __libc_calloc(std::size_t count, std::size_t size);
-void* __libc_realloc(void* old, std::size_t size);
-void* __libc_memalign(std::size_t alignment, std::size_t size);
-void __libc_free(void* p);
-
-void* malloc(std::size_t size) { return counted(__libc_malloc(size)); }
-void* calloc(std::size_t count, std::size_t size) { return counted(__libc_calloc(count, size)); }
-void* realloc(void* old, std::size_t size) {
-  if (old != nullptr) live_bytes -= malloc_usable_size(old);
-  return counted(__libc_realloc(old, size));
-}
-void* aligned_alloc(std::size_t alignment, std::size_t size) {
-  return counted(__libc_memalign(alignment, size));
-}
-void* memalign(std::size_t alignment, std::size_t size) {
-  return counted(__libc_memalign(alignment, size));
-}
-int posix_memalign(void** out, std::size_t alignment, std::size_t size) {
-  *out = counted(__libc_memalign(alignment, size));
-  return *out == nullptr ? ENOMEM : 0;
-}
-void free(void* p) {
-  if (p != nullptr) live_bytes -= malloc_usable_size(p);
-  __libc_free(p);
-}
-}
-#endif
+#include "support/heap_counter.hpp"
 
 namespace pled {
 namespace {
@@ -83,14 +26,7 @@ support::GreyImage stripes(double shift_px, double period_px) {
 
 TEST_SUITE("frontend.line_tracker.memory") {
   TEST_CASE("track() goes to the heap as often as OpenCV's detector, and gives all back") {
-    if (PLED_COUNTS_ALLOCATIONS == 0) {
-      MESSAGE("skipped: the sanitizer owns the heap");
-      return;
-    }
-    const std::size_t start = allocations;
-    std::free(std::malloc(1));
-    REQUIRE(allocations > start);  // the hook works
-
+    if (!support::heap_is_counted()) return;
     const Camera camera = support::plain_camera(240, 180);
     const auto storage = std::make_unique<Storage>();
     const auto tracker = std::make_unique<LineTracker>(LineConfig{}, camera, storage->view());
@@ -107,19 +43,19 @@ TEST_SUITE("frontend.line_tracker.memory") {
                                            shrunk_px(240)};
       shrink(frame.image, own->row, shrunk);
       std::size_t found = 0;
-      const std::size_t before_lsd = allocations;
+      const std::size_t before_lsd = support::allocations();
       REQUIRE(find_pieces(shrunk, kLineScale * 22.5 / 3.0, pieces, found));
-      const std::size_t by_lsd = allocations - before_lsd;
+      const std::size_t by_lsd = support::allocations() - before_lsd;
 
-      const std::size_t before = allocations;
-      const std::size_t live = live_bytes;
-      peak_bytes = live_bytes;
+      const std::size_t before = support::allocations();
+      const std::size_t live = support::live_bytes();
+      support::forget_peak();
       REQUIRE(tracker->track(frame, Timestamp{k * 50'000}, Eigen::Quaterniond::Identity(), out));
       CHECK(out.lines.size() >= 20);
       if (k == 0) continue;  // OpenCV sets itself up once
-      CHECK(allocations - before == by_lsd);
-      CHECK(live_bytes == live);
-      most_bytes = std::max(most_bytes, peak_bytes - live);
+      CHECK(support::allocations() - before == by_lsd);
+      CHECK(support::live_bytes() == live);
+      most_bytes = std::max(most_bytes, support::peak_bytes() - live);
     }
     const double per_pixel = static_cast<double>(most_bytes) / (shrunk_px(240) * shrunk_px(180));
     MESSAGE("OpenCV's detector: at most " << most_bytes << " bytes at once, " << per_pixel
