@@ -110,15 +110,16 @@ TEST_SUITE("reliability.line_motion_cue.law") {
         CHECK(out[i].residual_px >= least_px - 0.002);
         // A fit that is off by more is no line at rest, whatever its depths.
         if (!(least_px < kClearlyMoves_px)) continue;
-        // Steps that end early leave few lines further off, hardly any of them at rest.
-        if (least_px < kRests_px) CHECK(out[i].residual_px <= 1.25 * least_px + 0.002);
-        found += out[i].residual_px <= 1.005 * least_px + 0.002 ? 1 : 0;
+        const bool is_least = out[i].residual_px <= 1.005 * least_px + 0.002;
+        // Of a line that moves the sum may have two dips; the wrong one only makes it move more.
+        if (least_px < kRests_px) CHECK(is_least);
+        found += is_least ? 1 : 0;
         ++judged;
         moving_seen += out[i].residual_px > 1.0 ? 1 : 0;
       }
     }
     CHECK(judged > 160);
-    CHECK(found > 0.97 * judged);
+    CHECK(found > 0.96 * judged);
     CHECK(moving_seen > 20);  // both kinds took part
     CHECK(moving_seen < judged - 80);
   }
