@@ -6,7 +6,7 @@ function(pled_add_replay_tests name)
   cmake_parse_arguments(ARG "" "LABEL;TIMEOUT" "SOURCES" ${ARGN})
   pled_add_tests(${name} LABEL ${ARG_LABEL} TIMEOUT ${ARG_TIMEOUT}
     SOURCES ${ARG_SOURCES} support/recording_fixture.cpp
-    DEPS pled::sim pled::replay pled::lz4 pled::zstd nlohmann_json::nlohmann_json)
+    DEPS pled::sim pled::replay pled::evaluation pled::lz4 pled::zstd nlohmann_json::nlohmann_json)
   target_compile_definitions(${name} PRIVATE PLED_VINS_EXE="$<TARGET_FILE:pled-vins>"
                                              PLED_TEST_FOLDER="${CMAKE_CURRENT_BINARY_DIR}/${name}.run"
                                              PLED_FAILING_READ="$<TARGET_FILE:pled_failing_read>")
@@ -25,5 +25,9 @@ pled_add_replay_tests(test_apps_bad_input LABEL replay TIMEOUT 1800
   SOURCES replay/apps/bad_files_test.cpp replay/apps/bad_data_test.cpp
           replay/apps/bad_events_test.cpp replay/apps/ablate_test.cpp
           replay/apps/score_test.cpp)
+pled_add_replay_tests(test_apps_no_start LABEL replay TIMEOUT 1200
+  SOURCES replay/apps/no_start_test.cpp support/simulated_scene.cpp)
+pled_add_replay_tests(test_apps_behaviour LABEL long TIMEOUT 3600
+  SOURCES replay/apps/behaviour_test.cpp support/simulated_scene.cpp)
 pled_add_replay_tests(test_apps_recordings LABEL long TIMEOUT 1800
   SOURCES replay/apps/recordings_test.cpp replay/apps/unknown_time_shift_test.cpp)

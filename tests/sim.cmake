@@ -13,5 +13,6 @@ pled_add_tests(test_sim_law LABEL law TIMEOUT 1500
     law/sim/labels_test.cpp
     law/sim/renderer_test.cpp
     law/sim/reprojection_test.cpp
+    law/sim/scenes_test.cpp
     law/sim/trajectory_test.cpp
-  DEPS pled::sim pled::decode pled::imu pled::frontend)
+  DEPS pled::sim pled::decode pled::imu pled::frontend pled::lines)

@@ -23,6 +23,7 @@ class SimulateCommand final : public Command {
     return "  pled-vins simulate --out demo\n"
            "  pled-vins simulate --out busy --preset street --seed 7 --moving high --light night\n"
            "  pled-vins simulate --out two --preset room --second-camera --depth\n"
+           "  pled-vins simulate --out bus --preset car_park --bus 4 3 2\n"
            "  pled-vins simulate --out late --preset room --camera-late 0.03 --imu-gap 2.5 0.5\n"
            "  pled-vins simulate --out mine --preset room --path walk.tum";
   }
@@ -52,6 +53,14 @@ class SimulateCommand final : public Command {
     app.add_option("--motion", r_.motion, "How the rig moves (default: the preset's)")
         ->check(CLI::IsMember(motion_names()));
     app.add_option("--speed", r_.speed_mps, "Of a car, m/s, 1 ... 20 (default: 5)");
+    app.add_option("--bus", r_.bus,
+                   "A bus drives across the view: when, for how long it stands there (0: drives "
+                   "by), s, and how far away, m (from 2 m it fills the view)")
+        ->expected(3);
+    app.add_option("--surfaces", r_.surfaces,
+                   "How everything looks: as what it is, in round spots where no straight edge is, "
+                   "or striped all over (default: usual)")
+        ->check(CLI::IsMember(surface_names()));
     app.add_option("--path", r_.path_file,
                    "TUM file to follow: world z up, body axes x right, y down, z forward; moved so "
                    "that its middle lies in the middle of the world");

@@ -40,6 +40,10 @@ constexpr std::array kMotions{Named<sim::MotionKind>{"still", sim::MotionKind::k
                               Named<sim::MotionKind>{"hand", sim::MotionKind::kHandheld},
                               Named<sim::MotionKind>{"car", sim::MotionKind::kCar}};
 
+constexpr std::array kSurfaces{Named<sim::Surfaces>{"usual", sim::Surfaces::kUsual},
+                               Named<sim::Surfaces>{"pebbles", sim::Surfaces::kPebbles},
+                               Named<sim::Surfaces>{"stripes", sim::Surfaces::kStripes}};
+
 template <typename List>
 std::vector<std::string> names_of(const List& list) {
   std::vector<std::string> names;
@@ -61,6 +65,8 @@ std::string option_of(std::string_view key) {
   constexpr std::pair<std::string_view, std::string_view> kOptions[] = {
       {"duration", "--duration"},
       {"speed", "--speed"},
+      {"bus.time", "--bus"},
+      {"bus.away", "--bus"},
       {"faults.camera_late", "--camera-late"},
       {"faults.imu_drift", "--imu-drift"},
       {"faults.imu_gap", "--imu-gap"},
@@ -81,6 +87,10 @@ std::string contradiction(const SimulateRequest& r, const sim::SimulationOptions
   if (r.path_file.empty() && o.motion == sim::MotionKind::kCar &&
       o.world != sim::WorldKind::kStreet)
     return "--motion car needs a road: take --preset street or night";
+  if (!r.bus.empty() && o.world == sim::WorldKind::kRoom)
+    return "--bus needs a road: take --preset demo, car_park, street or night";
+  if (!r.bus.empty() && !(r.bus[0] >= 0.0 && r.bus[0] < o.duration_s))
+    return format("--bus must come in the recording: from 0 to %g s", o.duration_s);
   if (r.flash_at_s && !(*r.flash_at_s >= 0.0 && *r.flash_at_s < o.duration_s))
     return format("--flash must be in the recording: from 0 to %g s", o.duration_s);
   if (!r.imu_gap_s.empty()) {
@@ -120,6 +130,7 @@ std::string path_refusal(const SimulateRequest& r, sim::SimulationOptions& o) {
 std::vector<std::string> moving_names() { return names_of(kLevels); }
 std::vector<std::string> light_names() { return names_of(kLights); }
 std::vector<std::string> motion_names() { return names_of(kMotions); }
+std::vector<std::string> surface_names() { return names_of(kSurfaces); }
 
 RequestedOptions requested_options(const SimulateRequest& r) {
   const std::optional<sim::SimulationOptions> preset = sim::preset(r.preset);
@@ -132,6 +143,8 @@ RequestedOptions requested_options(const SimulateRequest& r) {
   if (r.daylight) sim::set_daylight(o, value_of(kLights, *r.daylight));
   if (r.motion) o.motion = value_of(kMotions, *r.motion);
   if (r.speed_mps) o.speed_mps = *r.speed_mps;
+  if (r.surfaces) o.surfaces = value_of(kSurfaces, *r.surfaces);
+  if (r.bus.size() == 3) o.bus = {r.bus[0], r.bus[1], r.bus[2]};
   o.path_file = r.path_file;
   o.with_depth = r.depth;
   o.text_events = r.text_events;

@@ -13,6 +13,7 @@ namespace pled::apps {
 [[nodiscard]] std::vector<std::string> moving_names();
 [[nodiscard]] std::vector<std::string> light_names();
 [[nodiscard]] std::vector<std::string> motion_names();
+[[nodiscard]] std::vector<std::string> surface_names();
 
 /// What `pled-vins simulate` was asked for, as it was typed.
 struct SimulateRequest {
@@ -24,6 +25,8 @@ struct SimulateRequest {
   std::optional<std::string> daylight;  ///< one of light_names()
   std::optional<std::string> motion;    ///< one of motion_names()
   std::optional<double> speed_mps;
+  std::optional<std::string> surfaces;  ///< one of surface_names()
+  std::vector<double> bus;              ///< empty, or when, how long, how far away
   std::string path_file;
   bool second_camera = false;
   bool depth = false;

@@ -189,6 +189,9 @@ ConfigIssue check(const SimulationOptions& o) noexcept {
   if (!(o.pace >= 0.1 && o.pace <= 2)) return {"pace", "must be in [0.1, 2]"};
   if (!(o.speed_mps >= 1 && o.speed_mps <= 20)) return {"speed", "must be in [1, 20] m/s"};
   if (!(o.still_s >= 0 && o.still_s <= 60)) return {"still_s", "must be in [0, 60]"};
+  if (!(o.bus.at_s <= 600 && o.bus.stand_s >= 0 && o.bus.stand_s <= 600))
+    return {"bus.time", "must come and stand within 600 s"};
+  if (!(o.bus.away_m >= 1 && o.bus.away_m <= 20)) return {"bus.away", "must be in [1, 20] m away"};
   for (const CameraCalibration* camera : {&o.camera, &o.camera_of_events()})
     if (const ConfigIssue issue = check_camera(*camera); issue.key != nullptr) return issue;
   if (const ConfigIssue issue = check_faults(o.faults); issue.key != nullptr) return issue;

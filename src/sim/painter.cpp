@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <numbers>
 
 namespace pled::sim {
 namespace {
@@ -115,8 +116,16 @@ class Painter {
     });
   }
 
- private:
+  /// Light and dark bars of `width_m` along the patch's second axis.
+  void bars(const Patch& p, double width_m, double dark, double light) {
+    each_texel(p, [&](double du, double) {
+      return static_cast<std::int64_t>(std::floor(du / width_m)) % 2 == 0 ? dark : light;
+    });
+  }
+
   [[nodiscard]] double texel_m() const noexcept { return static_cast<double>(texture_.texel_m()); }
+
+ private:
   static constexpr double kKeep = -1.0;  ///< a shade that leaves what is there
   void set(int y, int x, double grey) noexcept {
     if (grey == kKeep) return;
@@ -216,6 +225,46 @@ void posters(Painter& painter, double cover, double low_m, double high_m, double
   }
 }
 
+void bus_side(Painter& painter) {
+  const double w = painter.width_m(), h = painter.height_m();
+  painter.ground(0.55, 0.05, 0.4, 3);
+  for (double u = 0.6; u + 0.6 < w; u += 1.2) {
+    const double glass = painter.random().uniform(0.05, 0.2);
+    painter.panel({u, 0.68 * h, 0.52, 0.19 * h}, 0.85);
+    painter.panel({u, 0.68 * h, 0.46, 0.17 * h}, glass);
+  }
+  painter.panel({0.5 * w, 0.42 * h, 0.5 * w, 0.03 * h}, 0.1);
+  for (double u = 0.5; u < w; u += painter.random().uniform(0.8, 1.6)) {
+    Patch notice{u, 0.22 * h, painter.random().uniform(0.2, 0.4),
+                 painter.random().uniform(0.15, 0.4)};
+    painter.poster(notice);
+  }
+}
+
+/// Spots over spots until they cover three times the area.
+void pebbles(Painter& painter) {
+  painter.ground(0.5, 0.1, 20.0 * painter.texel_m(), 3);
+  const double wanted_m2 = 3.0 * painter.width_m() * painter.height_m();
+  Random& random = painter.random();
+  for (double area_m2 = 0.0; area_m2 < wanted_m2;) {
+    const double radius_m = painter.texel_m() * std::exp(random.uniform(1.1, 2.3));
+    painter.disc(random.uniform(0.0, painter.width_m()), random.uniform(0.0, painter.height_m()),
+                 radius_m, random.uniform(0.05, 0.9));
+    area_m2 += std::numbers::pi * radius_m * radius_m;
+  }
+}
+
+void stripes(Painter& painter) {
+  Random& random = painter.random();
+  const double wanted_m2 = 4.0 * painter.width_m() * painter.height_m();
+  for (double area_m2 = 0.0; area_m2 < wanted_m2;) {
+    const Patch p = painter.random_patch(60.0 * painter.texel_m(), 200.0 * painter.texel_m(), 1.5);
+    painter.bars(p, painter.texel_m() * random.uniform(5.0, 12.0), random.uniform(0.05, 0.3),
+                 random.uniform(0.6, 0.9));
+    area_m2 += 4.0 * p.half_w_m * p.half_h_m;
+  }
+}
+
 }  // namespace
 
 Texture make_texture(Finish finish, double width_m, double height_m, double texel_m) {
@@ -268,6 +317,9 @@ void paint(Texture& texture, Finish finish, Random random) {
     case Finish::kSky: painter.ground(0.85, 0.05, 40.0, 3); break;
     case Finish::kCarSide: car_side(painter); break;
     case Finish::kCarEnd: car_end(painter); break;
+    case Finish::kBusSide: bus_side(painter); break;
+    case Finish::kPebbles: pebbles(painter); break;
+    case Finish::kStripes: stripes(painter); break;
     case Finish::kCarTop:
       painter.ground(painter.random().uniform(0.08, 0.8), 0.03, 0.8, 2);
       painter.panel(painter.random_patch(0.2, 0.5, 0.2), 0.1);

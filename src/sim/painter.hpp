@@ -23,6 +23,9 @@ enum class Finish : std::uint8_t {
   kCarEnd,   ///< lamps, number plate
   kCarTop,
   kGlass,
+  kBusSide,  ///< windows in a row, a stripe, notices below
+  kPebbles,  ///< round spots, from 3 texels to 10 in radius
+  kStripes,  ///< patches of stripes in all directions, 5 to 12 texels wide
 };
 
 /// Reflectances above this are lamps: they shine whatever the light.

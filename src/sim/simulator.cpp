@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "pled_vins/sim/imu_model.hpp"
+#include "src/sim/bus.hpp"
 #include "src/sim/clearance.hpp"
 #include "src/sim/event_model.hpp"
 #include "src/sim/parallel.hpp"
@@ -180,6 +181,7 @@ Result<SimulationSummary> simulate_checked(const SimulationOptions& options,
   World world = lay_out(options);
   if (const auto contact_s = first_contact_s(world, trajectory, options.duration_s))
     return Error{ErrorCode::kUnsupported, std::llround(*contact_s * 1e3)};
+  if (options.bus.comes()) world.boxes.push_back(make_bus(options.bus, trajectory));
   paint_boxes(world, options.seed);
   const Result<Renderer> renderer = Renderer::create(world, options.camera);
   PLED_TRY(renderer);

@@ -57,6 +57,13 @@ World lay_out(const SimulationOptions& options) {
   };
   World world = make();
   world.light = light_of(options.daylight);
+  if (options.surfaces == Surfaces::kPebbles)  // a box's outline is a straight edge, too
+    std::erase_if(world.boxes,
+                  [](const Box& box) { return !box.can_move() && !box.seen_from_inside; });
+  for (Box& box : world.boxes) {
+    if (options.surfaces == Surfaces::kPebbles) box.finish.fill(Finish::kPebbles);
+    if (options.surfaces == Surfaces::kStripes) box.finish.fill(Finish::kStripes);
+  }
   return world;
 }
 

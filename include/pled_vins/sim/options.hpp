@@ -22,6 +22,13 @@ enum class MovingLevel : std::uint8_t { kNone, kLow, kMid, kHigh };
 
 enum class Daylight : std::uint8_t { kDay, kDim, kNight };
 
+/// How everything looks.
+enum class Surfaces : std::uint8_t {
+  kUsual,    ///< as what it is: walls, houses, cars
+  kPebbles,  ///< round spots, and nothing stands about: corners, but hardly a straight edge
+  kStripes,  ///< stripes on everything, patches of them in all directions: edges without end
+};
+
 /// The first seconds of the flight: already moving, or standing still before it begins.
 enum class StartKind : std::uint8_t { kMoving, kStill };
 
@@ -61,6 +68,16 @@ struct EventOptions {
   double max_motion_px = 0.5;   ///< image motion allowed between two renders, 0.05 ... 2
 };
 
+/// A bus, 11 m long and 3 m high, that drives up from the right at 8 m/s, across what the rig looks
+/// at, and away to the left. It goes through what is in its way. From 2 m it fills the view.
+struct BusOptions {
+  double at_s = -1.0;    ///< its middle is before the rig; negative: no bus, at most 600
+  double stand_s = 0.0;  ///< stands there for so long, 0 ... 600; 0: drives by without stopping
+  double away_m = 2.0;   ///< its side from the rig where that comes nearest, 1 ... 20
+
+  [[nodiscard]] bool comes() const noexcept { return at_s >= 0.0; }
+};
+
 /// What goes wrong, on request. All off.
 struct FaultOptions {
   double camera_late_s = 0.0;    ///< frames and events are stamped so much too late, -0.2 ... 0.2;
@@ -85,6 +102,8 @@ struct SimulationOptions {
   MovingLevel moving = MovingLevel::kLow;
   StartKind start = StartKind::kMoving;
   WorldKind world = WorldKind::kRoom;
+  Surfaces surfaces = Surfaces::kUsual;
+  BusOptions bus;
   Daylight daylight = Daylight::kDay;
   MotionKind motion = MotionKind::kDrone;
   double speed_mps = 5.0;    ///< of a car, 1 ... 20

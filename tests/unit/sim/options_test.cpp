@@ -43,6 +43,12 @@ TEST_SUITE("sim.options") {
     bad.faults.camera_late_s = 0.3;
     CHECK(std::string_view(check(bad).key) == "faults.camera_late");
     bad = good;
+    bad.bus.away_m = 0.5;
+    CHECK(std::string_view(check(bad).key) == "bus.away");
+    bad = good;
+    bad.bus.stand_s = -1.0;
+    CHECK(std::string_view(check(bad).key) == "bus.time");
+    bad = good;
     bad.event_camera = camera_beside(bad.camera);
     CHECK(check(bad).key == nullptr);
     bad.event_camera->width_px = 16;
