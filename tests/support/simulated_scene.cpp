@@ -149,17 +149,20 @@ Station flight_until(double stop_s, double t_s) {
   return flight_at(std::min(t_s, stop_s - 1.0) + slowed);
 }
 
-double Played::worst_error_m(double from_s) const {
+double Played::worst_error_m(double from_s, double aligned_from_s) const {
   std::vector<Eigen::Vector3d> estimate, truth;
+  std::size_t before = 0;  // aligned, not judged
   for (const PositionError& error : evaluation.position_errors) {
-    if (static_cast<double>(error.stamp_ns) * 1e-9 < from_s) continue;
+    const double t_s = static_cast<double>(error.stamp_ns) * 1e-9;
+    if (t_s < aligned_from_s) continue;
     estimate.push_back(error.estimate_m);
     truth.push_back(error.truth_m);
+    before += t_s < from_s ? 1 : 0;
   }
-  if (estimate.empty()) return std::nan("");
+  if (estimate.size() == before) return std::nan("");
   const Pose T_truth_estimate = align_rigid(estimate, truth);
   double worst_m = 0.0;
-  for (std::size_t k = 0; k < estimate.size(); ++k)
+  for (std::size_t k = before; k < estimate.size(); ++k)
     worst_m = std::max(worst_m, (T_truth_estimate * estimate[k] - truth[k]).norm());
   return worst_m;
 }

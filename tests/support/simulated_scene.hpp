@@ -34,7 +34,9 @@ struct Played {
 
   /// Worst distance to the truth of the poses from `from_s` of the recording on, laid on it by the
   /// rigid alignment of just these: what went wrong before is not counted. NaN without any.
-  [[nodiscard]] double worst_error_m(double from_s) const;
+  [[nodiscard]] double worst_error_m(double from_s) const { return worst_error_m(from_s, from_s); }
+  /// The same of the poses from `from_s` on, laid on the truth by those from `aligned_from_s` on.
+  [[nodiscard]] double worst_error_m(double from_s, double aligned_from_s) const;
   /// Mean and worst of a frame, and the lines followed, for a message.
   [[nodiscard]] std::string cost() const;
 };
