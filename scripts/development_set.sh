@@ -5,6 +5,7 @@
 #   scripts/development_set.sh make [CHOICE...] [DIR]     makes those that are not there yet
 #   scripts/development_set.sh run  [CHOICE...] [DIR]     replays each and prints its accuracy
 #   scripts/development_set.sh score [CHOICE...] [DIR]    AUC of each weight on those where something moves
+#   scripts/development_set.sh ablate [CHOICE...] [DIR]   the same and accuracy, for each way to weigh features
 #
 # CHOICE: --seeds "1 2"   --worlds "room street"   --levels "none high"   --lights "day night"
 #         --paired: to each with traffic the same world and flight without
@@ -18,12 +19,12 @@ set -euo pipefail
 
 top=$(cd "$(dirname "$0")/.." && pwd)
 program=${PLED_VINS:-$top/build/release/pled-vins}
-usage() { sed -n '2,16s/^# \{0,1\}//p' "$0"; }
+usage() { sed -n '2,17s/^# \{0,1\}//p' "$0"; }
 misused() { echo "development_set.sh: $1 (see --help)" >&2; exit 2; }
 
 job=${1:-}
 case "$job" in
-  list | make | run | score) shift ;;
+  list | make | run | score | ablate) shift ;;
   -h | --help) usage; exit 0 ;;
   '') usage >&2; exit 2 ;;
   *) misused "unknown job '$job'" ;;
@@ -31,7 +32,7 @@ esac
 seeds=$(seq 1 12)
 worlds="room car_park street"
 levels="none low mid high"
-if [ "$job" = score ]; then levels="low mid high"; fi
+if [ "$job" = score ] || [ "$job" = ablate ]; then levels="low mid high"; fi
 lights="day dim night"
 folder=$top/build/development
 paired=0
@@ -101,6 +102,15 @@ if [ "$job" = run ]; then
   recordings=()
   while read -r name _; do recordings+=("$folder/$name"); done <<<"$chosen"
   PLED_VINS=$program exec "$top/scripts/accuracy.sh" --starts "${PLED_STARTS:-3}" --step 0.3 "${recordings[@]}"
+fi
+
+if [ "$job" = ablate ]; then
+  while read -r name _; do echo "$name"; done <<<"$chosen" |
+    xargs -P "$(nproc)" -I{} sh -c '"$1" ablate "$2/$3" --json --starts "$4" >"$2/$3.ablation.json" 2>"$2/$3.ablation.log" || { cat "$2/$3.ablation.log" >&2; exit 1; }' \
+      ablate "$program" "$folder" {} "${PLED_STARTS:-1}"
+  tables=()
+  while read -r name _; do tables+=("$folder/$name.ablation.json"); done <<<"$chosen"
+  for rows in all used; do awk -F'"' -v rows=$rows -f "$top/scripts/ablation_table.awk" "${tables[@]}"; done
 fi
 
 # Lines of `score --json`: one row an object, keys in the order that score prints them.

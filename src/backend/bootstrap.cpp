@@ -27,7 +27,7 @@ constexpr double kSlowest_mps = 0.3;
 constexpr double kConfirmTilt_rad = 0.03;
 // What a short look tells of the scale is wrong by more than it claims, since errors that last have
 // had no time to show; and who waits long puts up with less. Ours, chosen on simulated traffic.
-constexpr double kFirstDemand = 0.8;  ///< of init_max_scale_sigma, until kFirstLook_s
+constexpr double kFirstDemand = 0.5;  ///< of init_max_scale_sigma, until kFirstLook_s
 constexpr double kLastDemand = 2.0;   ///< from kPatienceEnds_s on
 constexpr double kFirstLook_s = 0.4;
 constexpr double kPatienceEnds_s = 2.4;

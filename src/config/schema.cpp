@@ -178,7 +178,8 @@ constexpr std::array kSchema{
               "longest motion to look back at, at least init_min_span_s",
               PLED_FIELD(backend.init_max_span_s)},
     ConfigKey{"backend.init_max_scale_sigma", "", 0.005, 1,
-              "largest relative uncertainty of scale to start with",
+              "largest relative uncertainty of scale to start with: half of it at once, twice it "
+              "after 2.4 s",
               PLED_FIELD(backend.init_max_scale_sigma)},
 
     ConfigKey{"robust.mode", "", 0, 0,

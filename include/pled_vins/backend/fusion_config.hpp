@@ -9,7 +9,7 @@ namespace pled {
 /// How what time tells (z) and what geometry tells become one weight.
 enum class FusionMode : std::uint8_t {
   kNone,   ///< geometry alone
-  kPaper,  ///< eq. (12) to (17), to the letter
+  kPaper,  ///< eq. (12) to (17), once a frame, after its solve
   /// Ours: z is one more quadratic term of the loss, lambda_z (w - z)^2. It speaks most where
   /// geometry says little; nothing has to agree first, and the weight stays a minimiser.
   kPrior,

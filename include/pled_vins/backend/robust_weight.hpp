@@ -71,7 +71,7 @@ struct RobustEvidence {
   std::uint32_t rounds = 1;  ///< kDynavins: frames in which it was weighed, this one included
   /// z: what time tells, 1 at rest, 0 moving; NaN: nothing. Only kPerObservation heeds it.
   double temporal = std::numeric_limits<double>::quiet_NaN();
-  double lambda_z = 0.0;  ///< l_z: fusion.lambda_z times the confidence in z, finite, >= 0
+  double lambda_z = 0.0;  ///< l_z: fusion.lambda_z, finite, >= 0
 };
 
 /// The weight in [0, 1] that minimises the loss: exact, no iteration. Parabolas have their minimum

@@ -46,7 +46,7 @@ struct Observation {
 struct Reliability {
   double w = 1.0;                    ///< multiplies its residuals; constant while marginalising
   double previous = 1.0;             ///< w~ of the loss: w after the last frame
-  double w_geometric = kNoEvidence;  ///< what geometry alone would make of w
+  double w_geometric = kNoEvidence;  ///< what this frame's geometry alone would make of w
   double temporal = kNoEvidence;     ///< what time tells, of the newest sighting
   double alpha_line = kNoEvidence;   ///< of the paper's fusion, lines only
   std::uint32_t rounds = 0;          ///< frames in which it was weighed
