@@ -7,7 +7,6 @@ BEGIN { if (rows == "") rows = "all" }
 function text() { return $4 }
 function number(  part) { split($3, part, /[:,]/); return part[2] }
 function key() { return method SUBSEP from SUBSEP features }
-/"sequence"/ { ++runs }
 /"method"/ { method = text() }
 /"weights_from"/ { from = text() }
 /"features"/ {

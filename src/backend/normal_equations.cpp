@@ -8,8 +8,6 @@
 #include "src/backend/row_of.hpp"
 
 namespace pled {
-namespace {}  // namespace
-
 void NormalEquations::reset(const SlidingWindow& window, const FactorSettings& settings) noexcept {
   dim_ = row_of(window.size());
   extrinsic_row_ = settings.estimate_extrinsic ? dim_ : -1;

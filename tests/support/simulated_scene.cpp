@@ -232,10 +232,14 @@ Recovery recovery(const SimulatedScene& scene, const Played& played, bool of_lin
   const double off_s = timing.at_s + timing.stand_s;
   const double stopped_s = change_s(bus, timing.at_s - 1.0, timing.at_s);
   const double started_s = change_s(bus, off_s, off_s + 1.0);
-  std::vector<double> parked;
+  const double braking_s = stopped_s - 0.7;
+  std::vector<double> driving, parked;
+  for (auto it = medians.begin(); it != medians.lower_bound(braking_s); ++it)
+    driving.push_back(it->second);
   for (auto it = medians.lower_bound(off_s - 0.5); it != medians.lower_bound(off_s); ++it)
     parked.push_back(it->second);
   Recovery result;
+  if (!driving.empty()) result.driving_weight = median(std::move(driving));
   if (!parked.empty()) result.parked_weight = median(std::move(parked));
   result.believed_s = first_after(medians, stopped_s, [](double w) { return w > 0.5; });
   result.disbelieved_s = first_after(medians, started_s, [](double w) { return w < 0.5; });

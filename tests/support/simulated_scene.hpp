@@ -69,6 +69,7 @@ class SimulatedScene {
 struct Recovery {
   std::optional<double> believed_s;     ///< after it stopped
   std::optional<double> disbelieved_s;  ///< after it drove off
+  double driving_weight = 0.0;          ///< median before it stopped, its last braking left out
   double parked_weight = 0.0;           ///< median over the last half second of standing
 };
 /// Of image and event points, or of lines. `played` must be of `scene`.

@@ -17,8 +17,8 @@ namespace pled {
 enum class RobustMode : std::uint8_t {
   /// w^2 sum_i s_i with w held at 1: the estimator without weights, to compare with. As in those of
   /// the VINS family that the weights of paper and DynaVINS are to improve on, s_i are robust
-  /// losses
-  /// of the sightings (Cauchy's, see sight_loss()), and features that do not fit are set aside.
+  /// losses of the sightings (Cauchy's, see sight_loss()), and features that do not fit are set
+  /// aside.
   /// A backend.robust_scale of 100 makes that plain least squares.
   kNone,
   /// sum_i [ w^2 s_i + l_w (1 - w)^2 + l_m n_j^2 (w~ - w)^2 + l_z (z - w)^2 ],

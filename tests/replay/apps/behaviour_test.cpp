@@ -105,7 +105,8 @@ TEST_SUITE("apps.behaviour") {
                 << std::string(stand_s > 0.0 ? ", the bus stops: " : ", the bus drives by: ")
                 << told(played, 3.0));
         // Standing, with nothing else to see for 1.5 s, it begins anew in the same place.
-        WARN(played.report["resets"] == 0);
+        if (motion == MotionKind::kDrone) CHECK(played.report["resets"] == 0);
+        CHECK(played.report["resets"] <= 1);
         CHECK(played.evaluation.position_errors.back().stamp_ns > end_ns(options));
         // It drives by with 8 m/s: what believed it for a frame would be 0.4 m off.
         CHECK(played.worst_error_m(3.0) < 0.1);
@@ -125,9 +126,12 @@ TEST_SUITE("apps.behaviour") {
         CAPTURE(of_lines);
         const Recovery found = recovery(scene, played, of_lines);
         MESSAGE(std::string(of_lines ? "lines" : "points")
-                << ": believed after " << found.believed_s.value_or(std::nan("")) << " s, weight "
-                << found.parked_weight << ", disbelieved after "
-                << found.disbelieved_s.value_or(std::nan("")) << " s; " << told(played, 3.0));
+                << ": driving weight " << found.driving_weight << ", believed after "
+                << found.believed_s.value_or(std::nan("")) << " s, weight " << found.parked_weight
+                << ", disbelieved after " << found.disbelieved_s.value_or(std::nan("")) << " s; "
+                << told(played, 3.0));
+        // Lines on it are too few while it drives to ask the same of them.
+        if (!of_lines) CHECK(found.driving_weight < 0.5);
         CHECK(found.believed_s.value_or(9.0) < 0.7);
         CHECK(found.parked_weight > 0.5);
         CHECK(found.disbelieved_s.value_or(9.0) < 0.7);
